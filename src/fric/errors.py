@@ -43,7 +43,7 @@ def require_name(name: str, where: str = "", what: str = "an axis") -> str:
     """
     if not _NAME.fullmatch(name) or name == "monte_carlo":  # A group of the files of runs
         raise FricError(
-            f"'{name}' is no name of {what}", where=where,
+            f"'{name}' is not a name of {what}", where=where,
             hint="Take letters, digits, spaces and _ . + -, 40 at most, a letter or a digit first.",
         )  # fmt: skip
     return name

@@ -28,7 +28,7 @@ def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a fil
     if stat.S_ISDIR(found.st_mode):
         raise FricError("is a folder", where=str(path), hint=of_folder)
     if not stat.S_ISREG(found.st_mode):
-        raise FricError("is no regular file", where=str(path), hint="Name a file on a disk.")
+        raise FricError("is not a regular file", where=str(path), hint="Name a file on a disk.")
     if most is not None and found.st_size > most:
         raise FricError(
             f"holds {found.st_size / 1e6:.3g} MB, and {most / 1e6:.3g} MB are read at most", where=str(path),

@@ -87,7 +87,7 @@ def require_plausible(name: str, values: "Real", dimension: str, where: str, *, 
     n = int(np.argmin(np.abs(values) <= most))
     what = f"reaches {values.flat[n]:.3g} {unit}, which no machine does, at sample {n}"
     if not np.isfinite(values.flat[n]):
-        what = f"is no number at sample {n}"
+        what = f"is not a number at sample {n}"
     elif size < SMALLEST:
         what = f"stays below {size:.3g} {unit}, which nothing measures"
     raise FricError(

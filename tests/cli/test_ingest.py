@@ -57,7 +57,7 @@ def test_append_adds_and_skips_what_is_there(log, tmp_path):
 
 def test_bad_cells_are_dropped_on_demand(log, tmp_path):
     log.write_text(log.read_text().replace("0.07,70.0", "0.07,none"))
-    with pytest.raises(FricError, match=r"stroke.csv, line 9, column 'position': 'none' is no number"):
+    with pytest.raises(FricError, match=r"stroke.csv, line 9, column 'position': 'none' is not a number"):
         ingest(log, "-o", tmp_path / "log.h5")
     assert not (tmp_path / "log.h5").exists()
     done = ingest(log, "-o", tmp_path / "log.h5", "--bad-cells", "drop")

@@ -145,7 +145,7 @@ def test_an_integral_free_loop_has_no_lower_gain_limit() -> None:
     ("phase", "gain"), [(0.0, 2.0), (-10.0, 2.0), (190.0, 2.0), (60.0, 1.0), (60.0, 0.7), (60.0, inf)]
 )
 def test_what_is_no_margin_is_refused(phase: float, gain: float) -> None:
-    with pytest.raises(FricError, match="are no margins"):
+    with pytest.raises(FricError, match="are not margins"):
         Requirement(radians(phase), gain)
 
 

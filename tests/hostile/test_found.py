@@ -95,7 +95,7 @@ def test_a_circle_of_one_row_without_a_header(tmp_path: Path) -> None:
 def test_a_trace_in_an_encoding_that_is_unknown(tmp_path: Path) -> None:
     for encoding in ("x", "shift_jis"):
         (tmp_path / "a.xml").write_text(f'<?xml version="1.0" encoding="{encoding}"?><traceSession><traceData/>')
-        with pytest.raises(FricError, match="no whole XML"):
+        with pytest.raises(FricError, match="not complete XML"):
             ingest(tmp_path / "a.xml", tmp_path / "a.h5")
 
 

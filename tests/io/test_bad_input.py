@@ -84,7 +84,7 @@ def test_missing_column(tmp_path):
 @pytest.mark.parametrize("row", [0, 1, 250])
 def test_text_in_a_number(tmp_path, row):
     told = refused(tmp_path, HEADER + rows(GOOD, {row: "abc"}))
-    assert f"line {row + 2}, column 'force': 'abc' is no number" in told
+    assert f"line {row + 2}, column 'force': 'abc' is not a number" in told
     assert "bad_cells='drop'" in told
 
 
@@ -93,12 +93,12 @@ def test_the_line_is_right_past_blank_lines_and_blocks(tmp_path):
     text = rows(time, {135_000: "1.2.3"}).splitlines(keepends=True)
     text.insert(100, "\n")
     told = refused(tmp_path, HEADER + "".join(text))
-    assert "line 135003, column 'force': '1.2.3' is no number" in told
+    assert "line 135003, column 'force': '1.2.3' is not a number" in told
 
 
 def test_nan_stretch(tmp_path):
     told = refused(tmp_path, HEADER + rows(GOOD, dict.fromkeys(range(100, 130), "NaN")))
-    assert "line 102, column 'force': 30 cells in a row are no numbers, the first 'NaN'" in told
+    assert "line 102, column 'force': 30 cells in a row are not numbers, the first 'NaN'" in told
 
 
 def test_a_line_with_too_many_cells(tmp_path):
@@ -226,7 +226,7 @@ def test_folder_that_is_not_there(tmp_path, log):
 
 def test_a_log_that_was_not_ingested_is_sent_there(tmp_path):
     (tmp_path / "log.csv").write_text(HEADER + rows(GOOD))
-    with pytest.raises(FricError, match="is no log file of fric's\nMake one of it: `fric ingest "):
+    with pytest.raises(FricError, match="is not a log file of fric\nMake one of it: `fric ingest "):
         read_logs(tmp_path / "log.csv")
 
 

@@ -161,7 +161,7 @@ def test_what_is_no_number_is_told():
     time = np.arange(100) / 100.0
     position = 1e-3 * time
     position[42] = np.nan
-    with pytest.raises(FricError, match="position is no number at sample 42"):
+    with pytest.raises(FricError, match="position is not a number at sample 42"):
         steady_segments(Log(time=time, position=position))
 
 

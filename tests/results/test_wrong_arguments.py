@@ -59,7 +59,7 @@ FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
     (lambda: fric.Log(time=[0.0, 2.0, 1.0]), "an array|does not run forward"),
     (lambda: fric.Log(time=np.array([0.0, 2.0, 1.0]), position=np.zeros(3)), "time does not run forward at sample 2"),
     (lambda: fric.Log(time=1e9 + 1.67e-7 * np.arange(1, 300), position=np.arange(299.0)), "run forward by 4.8e-07 s"),
-    (lambda: fric.Log(time=np.array([0.0, 1.0, np.nan]), position=np.zeros(3)), "time is no number at sample 2"),
+    (lambda: fric.Log(time=np.array([0.0, 1.0, np.nan]), position=np.zeros(3)), "time is not a number at sample 2"),
     (lambda: fric.Log.from_frame([1, 2]), "takes a data frame, or columns by name, and was given a list"),
     (lambda: fric.Log.from_frame(FRAME, units={"positon": "mm"}), "`units=` names 'positon'.*Is it position"),
     (lambda: fric.Log.from_frame({"time": [0.0, 1.0], "pos": [0.0, 1.0]}), "columns are time, pos. Rename them"),

@@ -223,7 +223,7 @@ def ask(question: Any) -> None:
         ERR.print("\n".join(printable(text, MOST_CHARACTERS) for text in lines), markup=False)
         while not (line and question.take(line)):
             numbers = f"1 to {len(question.choices)}, " if len(question.choices) > 1 else ""
-            ERR.print("That is no answer. " * bool(line) + f"{numbers}or Enter for 1: ", end="")
+            ERR.print("That is not an answer. " * bool(line) + f"{numbers}or Enter for 1: ", end="")
             line = sys.stdin.readline()
             if not line:
                 ERR.print("")

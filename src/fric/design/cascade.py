@@ -43,7 +43,7 @@ class Requirement:
     def __post_init__(self) -> None:
         if not (0 < self.phase_margin < pi and 1 < self.gain_margin < inf):
             raise FricError(
-                f"{np.degrees(self.phase_margin):.3g}° and {decibel(self.gain_margin):.3g} dB are no margins",
+                f"{np.degrees(self.phase_margin):.3g}° and {decibel(self.gain_margin):.3g} dB are not margins",
                 hint="Give a phase margin between 0° and 180°, and a gain margin above 0 dB.",
             )
 

@@ -483,9 +483,9 @@ def _nominal_document(file: Path) -> tuple[str, AxisDocument | FrictionDocument 
     tree = read_tree(file)
     kind = str(tree.get("fric", "") if hasattr(tree, "get") else "").partition("/")[0]
     if kind not in NOMINAL_DOCUMENTS:
-        what = f"is no file that a controller uses: its first line says 'fric: {kind}'"
+        what = f"is not a file that a controller uses: its first line says 'fric: {kind}'"
         hint = f"Give one of {', '.join(NOMINAL_DOCUMENTS)}."
-        raise FricError(what if kind else "is no file of fric's", where=str(file), hint=hint)
+        raise FricError(what if kind else "is not a file of fric", where=str(file), hint=hint)
     return kind, read_document(file, NOMINAL_DOCUMENTS[kind])
 
 

@@ -52,7 +52,7 @@ class SchemePart(Part):
             return {}
         given, unit = self.peak_sensitivity.value, self.peak_sensitivity.unit
         if isinstance(given, list) or unit not in {"dB", "1"}:
-            raise FricError("peak_sensitivity is no gain", hint="Write it as '6 dB'.")
+            raise FricError("peak_sensitivity is not a gain", hint="Write it as '6 dB'.")
         return {"peak_sensitivity": parse_gain(f"{given} dB" if unit == "dB" else given, above=1.0)}
 
 

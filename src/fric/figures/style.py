@@ -115,7 +115,7 @@ def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
     ending = path.suffix.lstrip(".").lower()
     if ending not in {"png", "svg", "pdf"}:
         raise FricError(
-            f"'{path.suffix}' is no figure format", where=str(path), hint="End the name in .png, .svg or .pdf."
+            f"'{path.suffix}' is not a figure format", where=str(path), hint="End the name in .png, .svg or .pdf."
         )
     with staged(path, force=force) as draft:
         draft.write_bytes(rendered(figure, ending))

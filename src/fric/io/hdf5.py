@@ -233,7 +233,7 @@ def check_format(file: h5py.File, path: Path) -> tuple[str, Motion]:
         raise FricError("holds no record", where=str(path), hint="Add one with `fric ingest --append`.")
     for name, group in records.items():
         if not isinstance(group, h5py.Group):
-            raise FricError(f"is damaged: record '{name}' is no group", where=str(path), hint="Make it again.")
+            raise FricError(f"is damaged: record '{name}' is not a group", where=str(path), hint="Make it again.")
     return require_name(axis, str(path)), cast("Motion", motion)
 
 

@@ -229,11 +229,11 @@ class WholeRows:
 
     def _bad(self, row: int, column: int, value: float) -> FricError:
         text, run = self._table.text(row, column), self._table.run(row, column)
-        what = "the cell is empty" if not text else f"'{text}' is no number"
+        what = "the cell is empty" if not text else f"'{text}' is not a number"
         if isfinite(value):
             what = f"{value:.3g} is beyond what a machine reaches"
         elif run > 1:
-            what = f"{run} cells in a row are no numbers, the first {'empty' if not text else repr(text)}"
+            what = f"{run} cells in a row are not numbers, the first {'empty' if not text else repr(text)}"
         return FricError(
             what, where=self._table.place(row, column),
             hint="Mend the file, or leave such samples out with `bad_cells='drop'`.",

@@ -97,7 +97,7 @@ def _together(parts: Sequence[Path], files: ExitStack) -> ForeignTable:
     apart = float(np.ptp(ends, axis=0).max()) > SAME_SPAN * float(np.ptp(ends, axis=1).min())
     both = [*shown].count({"force"}), [*shown].count({"motion"})
     if len(times) > 1 or apart or not all(both) or sum(both) < len(parts):
-        raise FricError("are no parts of a record", where=", ".join(map(str, parts)))
+        raise FricError("are not parts of a record", where=", ".join(map(str, parts)))
     table = Joined(parts[0], sorted(clocks, key=lambda clock: shown[clocks.index(clock)] == {"force"}))
     table.columns = (*times, *table.columns[1:])
     return table
@@ -117,14 +117,14 @@ def _of_variables(parts: Sequence[Path], files: ExitStack) -> Memory:
         quantity = LETTERS.get(name, said.quantity)
         shown.append((quantity, said.commanded))
         if more or quantity is None or {spoken(c).quantity for c in table.columns} - {None, quantity}:
-            raise FricError("is no part of a record", where=str(path))
+            raise FricError("is not a part of a record", where=str(path))
         name = f"{quantity} {name}" if name in LETTERS else name
         parts_of = [f" {c.name}" if c.name.isidentifier() else f"[{n}]" for n, c in enumerate(table.columns)]
         columns += [Column(name + part * (count > 1), c.unit) for part, c in zip(parts_of, table.columns, strict=True)]
         data += map(np.concatenate, zip(*(block.columns for block in table.read(range(count))), strict=True))
     quantities = {quantity for quantity, _ in shown}
     if "force" not in quantities or not quantities & {"position", "velocity"} or len({*shown}) < len(shown):
-        raise FricError("are no parts of a record", where=", ".join(map(str, parts)))
+        raise FricError("are not parts of a record", where=", ".join(map(str, parts)))
     return Memory(parts[0], columns, data)
 
 

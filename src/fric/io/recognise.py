@@ -25,7 +25,7 @@ def read_report(path: Path) -> dict[str, Any]:
     except (ValueError, RecursionError):
         data = None
     if not isinstance(data, dict) or data.get("fric") != FORMAT:
-        raise FricError("is no whole report", where=str(path), hint="Make it again with `fric report`.")
+        raise FricError("is not a complete report", where=str(path), hint="Make it again with `fric report`.")
     return data
 
 

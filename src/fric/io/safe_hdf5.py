@@ -165,7 +165,7 @@ def open_file(
             if kind and kind[1].decode() in TAKEN:
                 raise other_kind(path, kind[1].decode(), "log") from None
             what, hint = (
-                "is no log file of fric's",
+                "is not a log file of fric",
                 f"Make one of it: `{join(['fric', 'ingest', str(path), '-o', 'log.h5'])}`.",
             )
         raise FricError(what, where=str(path), hint=hint) from None
@@ -242,7 +242,7 @@ def _check_attributes(node: Any, where: str) -> None:
         kind = node.attrs.get_id(name).get_type().get_class()
         if kind not in _PLAIN and name != "MATLAB_fields":  # which nobody reads
             raise FricError(
-                f"is damaged: its attribute '{printable(name, 80)}' is no text and no number", where=where,
+                f"is damaged: its attribute '{printable(name, 80)}' is neither a text nor a number", where=where,
                 hint="Make the file again.",
             )  # fmt: skip
 

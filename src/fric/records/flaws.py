@@ -166,7 +166,7 @@ def without_kicked(logs: Sequence[Log]) -> tuple[list[Log], list[Notice]]:
         log, notice = kicked[0]
         height = readable(float(notice.values["height"]), log.unit("position"))
         raise FricError(
-            f"the control kicks the axis by {height} at reversals, and its force is no friction", where=log.where,
+            f"the control kicks the axis by {height} at reversals, and its force is not friction", where=log.where,
             hint="Switch its friction compensation off, and log again.",
         )  # fmt: skip
     why = "the control's friction compensation kicks the axis at reversals"

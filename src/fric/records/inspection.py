@@ -584,7 +584,7 @@ def _too_slow(log: Log, rises: list[tuple[float, int, float]]) -> Use | None:
         rate = f"{1.0 / float(np.median(np.diff(log.time))):.3g} Hz"
         why = f"the force comes up within {over} of a reversal, and a sample at {rate} moves {moves}: log faster"
         return Use("gms", False, why)
-    why = f"the force comes up over {over} after a reversal, which is no pre-sliding"
+    why = f"the force comes up over {over} after a reversal, which is not pre-sliding"
     return Use("gms", False, why) if travel > LONGEST[rotates(log.motion)] else None
 
 

@@ -151,7 +151,7 @@ class ColumnsPage(LocalPage):
         """Return the stated mapping and the resulting records; ``save`` accepts it."""
         axes = asked.get("axes") if isinstance(asked, dict) else None
         if not isinstance(axes, list) or len(axes) != len(self._found):
-            raise FricError("that is no list of axes")
+            raise FricError("that is not a list of axes")
         pairs = list(zip(self._found, axes, strict=True))
         stated = [_stated(guess, axis) for guess, axis in pairs if isinstance(axis, dict) and axis.get("taken")]
         if not stated:
@@ -189,7 +189,7 @@ def _stated(guess: Guess, asked: Mapping[str, Any]) -> Guess:
     if "time" not in roles:
         period = sampling_period(rate := _word(asked.get("rate", ""), "rate"))
         if period is None:
-            what = f"'{rate}' is no sampling rate" if rate else "no column is marked as time"
+            what = f"'{rate}' is not a sampling rate" if rate else "no column is marked as time"
             raise FricError(what, hint="Mark its column, or give a rate, as in 1 kHz.")
         roles["time"] = Role("time", None, f"{period:.9g} s", 1.0, 1.0, "as stated")
     motion: Motion = "rotary" if asked.get("motion") == "rotary" else "linear"
@@ -296,7 +296,7 @@ class KnotPage(LocalPage):
             and 0 < len(knots) <= MOST_KNOTS
             and all(isinstance(knot, int | float) and 0 < knot < 1e3 for knot in knots)
         ):
-            raise FricError(f"that is no list of 1 to {MOST_KNOTS} displacements")
+            raise FricError(f"that is not a list of 1 to {MOST_KNOTS} displacements")
         ordered = sorted(float(knot) for knot in knots)
         with self.lock:
             found = _found(self._fit(ordered))

@@ -228,7 +228,7 @@ class Result(ABC):
 
     def by_row(self) -> dict[str, dict[str, Any]]:
         """Return the values of the report in SI units, by row and column."""
-        raise FricError(f"a {type(self).__name__} is no table", hint="Take its document.")
+        raise FricError(f"a {type(self).__name__} is not a table", hint="Take its document.")
 
     def to_frame(self) -> DataFrame:
         """Return the values of the report as a table in SI units."""

@@ -399,7 +399,7 @@ def _resonance(text: str) -> StructuralMode:
     frequency, *rest = (part.strip() for part in text.split(","))
     if (numbers := doubles(rest)) is None or not 1 <= len(numbers) <= 2:
         raise FricError(
-            f"'{text}' is no resonance", hint="Write frequency, damping and share, as in '280 Hz, 0.02, 0.1'."
+            f"'{text}' is not a resonance", hint="Write frequency, damping and share, as in '280 Hz, 0.02, 0.1'."
         )
     return StructuralMode(in_si(frequency, "frequency"), *map(float, numbers))
 

@@ -317,7 +317,7 @@ def one_target(name: str, part: str, *, single: bool) -> Target:
     """Return the target that exports such a part with such options."""
     known = targets()
     if name.endswith((".yaml", ".yml")):
-        raise FricError(f"'{name}' is no target", hint=f"The target comes first: `fric export linuxcnc {name}`.")
+        raise FricError(f"'{name}' is not a target", hint=f"The target comes first: `fric export linuxcnc {name}`.")
     require_known(name, known, "there is no target")
     target = known[name]
     if part not in target.parts:

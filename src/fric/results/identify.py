@@ -119,7 +119,7 @@ class IdentifiedModel(IdentifiedFriction):
             raise FricError("there is no motion", hint="Give `time` and `position` or `velocity`, or velocities alone.")
         if t is not None:
             if len(t) < 3 or (np.diff(t) <= 0).any() or any(x is not None and len(x) != len(t) for x in (v, z)):
-                raise FricError("time, position and velocity are no motion", hint="Give as many of each, times rising.")
+                raise FricError("time, position and velocity are not a motion", hint="Give as many of each, times rising.")
             if z is None and v is not None:
                 z = np.append(0.0, np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t)))
         document = FrictionDocument.model_validate(self.document)
@@ -327,7 +327,7 @@ def identify_controller(
 
         with reading(Path(records[0])) as file:
             if not recognises(Path(records[0]), file.read(HEAD)):
-                raise FricError("is no auto-tuning result of SINUMERIK", where=str(records[0]),
+                raise FricError("is not an auto-tuning result of SINUMERIK", where=str(records[0]),
                                 hint="Read a log with `fric ingest` first, and give what it writes.")  # fmt: skip
         tuned = cascade_of(Path(records[0]), quantity(position_gain, "rate"))
         gains = ControllerPart.of(tuned[2], tuned[1])
@@ -561,7 +561,7 @@ def _cycles(given: tuple[int, int] | str | None) -> tuple[int, int] | None:
         return None
     first, _, last = (given if isinstance(given, str) else ":".join(map(str, given))).partition(":")
     if not (first.isdigit() and last.isdigit() and 1 <= int(first) <= int(last)):
-        raise FricError(f"'{given}' is no range of cycles", hint="Write the first and the last, as in 1:5.")
+        raise FricError(f"'{given}' is not a range of cycles", hint="Write the first and the last, as in 1:5.")
     return int(first), int(last)
 
 

@@ -180,7 +180,7 @@ def test_workbook_with_sheets_dates_and_a_bad_cell(tmp_path):
             sheet.append([at, POSITION[n], FORCE[n] if (k, n) != (1, 200) else "over"])
     book.active.append([None, None])
     book.save(tmp_path / "log.xlsx")
-    with pytest.raises(FricError, match=r"sheet 'second', row 203, column 'force': 'over' is no number"):
+    with pytest.raises(FricError, match=r"sheet 'second', row 203, column 'force': 'over' is not a number"):
         read(tmp_path / "log.xlsx")
     done, logs = read(tmp_path / "log.xlsx", bad_cells="drop")
     assert [log.name for log in logs] == ["Sheet", "second"]

@@ -120,7 +120,7 @@ def test_trace(tmp_path):
 @pytest.mark.parametrize(
     ("body", "what"),
     [
-        ("<root><traceData><dataSignal name='a'/><rec time='0' f1='1'/>", "no whole XML"),
+        ("<root><traceData><dataSignal name='a'/><rec time='0' f1='1'/>", "not complete XML"),
         ("<root><traceData><dataSignal name='a'/><rec time='0' f7='1'/></traceData></root>", "does not read"),
         ("<root><traceData><dataSignal name='a'/><rec f1='1'/></traceData></root>", "does not read"),
         ("<root><traceData><dataSignal name='a'/></traceData></root>", "holds no samples"),

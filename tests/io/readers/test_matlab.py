@@ -113,7 +113,7 @@ def test_signals_as_dspace_writes_them(tmp_path):
 def test_a_file_that_is_cut_short(tmp_path, version):
     path = both(tmp_path)[version]
     path.write_bytes(path.read_bytes()[:5000])
-    with pytest.raises(FricError, match="no whole MATLAB file"):
+    with pytest.raises(FricError, match="not a complete MATLAB file"):
         table(path)
 
 

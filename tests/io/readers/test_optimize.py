@@ -169,7 +169,7 @@ WHOLE = measurement(node(62, spectrum(62, 0, U)), node(61, spectrum(61, 0, Y), s
 
 
 @pytest.mark.parametrize(("text", "says"), [
-    (WHOLE[: len(WHOLE) // 2], "no whole XML"),
+    (WHOLE[: len(WHOLE) // 2], "not complete XML"),
     (WHOLE.replace("<!-- 4.7 -->", '<!DOCTYPE a [<!ENTITY b "b">]>'), "declares a document type"),
     (WHOLE.replace(value("m_uNodeId", 62), value("m_uNodeId", 7)), "measures the signals 7, 61"),
     (WHOLE.replace(value("m_uSecondId", 62), value("m_uSecondId", 5)), "neither spectra nor time series"),

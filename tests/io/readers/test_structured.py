@@ -91,7 +91,7 @@ def test_runs_are_records_and_settings_beside_logs_are_none(tmp_path):
 @pytest.mark.parametrize(("name", "text", "says"), [
     ("a.json", json.dumps(ROWS)[:3000], "is no JSON"),
     ("a.jsonl", "\n".join(map(json.dumps, ROWS))[:-9], "line 400"),
-    ("a.xml", f'<?xml version="1.0"?><log>{XML_ROWS}', "no whole XML"),
+    ("a.xml", f'<?xml version="1.0"?><log>{XML_ROWS}', "not complete XML"),
     ("a.xml", f'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "1">]><log>{XML_ROWS}</log>', "a document type"),
     ("a.json", '{"a": [1, 2, 3, 4, 5, 6, 7, 8], "b": ' + "[" * 100_000 + "1", "is no JSON|nests too deep"),
     ("a.json", '{"a": "[1, 2, 3]", "b": {"c": [1, 2, 3, 4, 5, 6, 7, 8', "is no JSON"),

@@ -374,7 +374,7 @@ class Body:
             return ir.Name(target.id, known)
         read = self.expression(target)
         if not isinstance(read, ir.Element):
-            raise self.refuse(f"'{ast.unparse(target)}' is no place to write to", target)
+            raise self.refuse(f"'{ast.unparse(target)}' is not a place to write to", target)
         return read
 
 

@@ -437,7 +437,7 @@ def fit_blocks(curve: VirginCurve, count: int, begun: list[Real] | None = None) 
     keep = k * d > LEAST_SHARE * float(k @ d)
     if not keep.any():
         raise FricError(
-            "the virgin curve does not rise: what is left of the force is no friction",
+            "the virgin curve does not rise: what is left of the force is not friction",
             hint="Look at the sign and the units of the force, and at the plant whose inertia is taken off.",
         )
     return Blocks(k[keep], d[keep])

@@ -277,7 +277,7 @@ def read_xml(path: Path, most: int) -> Element:
                 data = b"<log>%b</log>" % (re.match(rb"(?s).*</%b\s*>" % first[1], data) or [data])[0]
             return fromstring(data, XMLParser(target=PlainXML()))
         except (ParseError, LookupError, ValueError) as error:  # the others: an encoding that is unknown
-            raise FricError(f"is no whole XML ({error})", hint="Save it again.") from None
+            raise FricError(f"is not complete XML ({error})", hint="Save it again.") from None
 
 
 def named(header: str) -> Column:

@@ -73,7 +73,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         about = path.stat()
         yield from tables_of(path, _load(path, about.st_mtime_ns, about.st_size))
         return
-    with open_file(path, "is no whole MATLAB file (cut short?)", "Save it again.", most=sys.maxsize) as source:
+    with open_file(path, "is not a complete MATLAB file (cut short?)", "Save it again.", most=sys.maxsize) as source:
         yield from tables_in(path, source)
 
 
@@ -118,7 +118,7 @@ def _load(path: Path, changed: int, size: int) -> dict[str, Any]:
     except (EOFError, pickle.UnpicklingError):
         found = "it ends the program that reads it"
     if isinstance(found, str):
-        raise FricError(f"is no whole MATLAB file ({found})", hint=_AGAIN)
+        raise FricError(f"is not a complete MATLAB file ({found})", hint=_AGAIN)
     return {name: value for name, value in found.items() if not name.startswith("__")}
 
 

@@ -31,7 +31,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     with heard(FORMAT, path) as notices, path.open("rb") as file:
         head = file.read(68)
         if head[64:] != b"##HD":
-            raise FricError("is no whole measurement", hint="Export it again.")
+            raise FricError("is not a complete measurement", hint="Export it again.")
         # the library copies an unfinished measurement, and finishes the copy
         with _opened(asammdf, path if head.startswith(b"UnFin") else file) as measurement:
             sizes = [group.channel_group for group in measurement.groups]

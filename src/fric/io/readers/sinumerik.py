@@ -166,7 +166,7 @@ class _Trace:
         except (expat.ExpatError, LookupError, ValueError) as error:  # the others: an encoding that is unknown
             if error.__traceback__ is not None and error.__traceback__.tb_next is not None:  # of what reads an element
                 raise
-            raise FricError(f"is no whole XML ({error})", hint="Save the trace again.") from None
+            raise FricError(f"is not complete XML ({error})", hint="Save the trace again.") from None
 
     def _begin(self, tag: str, about: dict[str, str]) -> None:
         if tag == "rec":

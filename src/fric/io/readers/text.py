@@ -122,7 +122,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     try:
         lines = _LINE_END.split(head.decode(encoding, errors="replace").replace(MINUS, "-"))
     except LookupError:
-        raise FricError(f"'{encoding}' is no encoding", hint="Say utf-8, latin-1 or utf-16.") from None
+        raise FricError(f"'{encoding}' is not an encoding", hint="Say utf-8, latin-1 or utf-16.") from None
     if not whole or not lines[-1]:
         lines.pop()  # cut in the middle, or the text behind the last line's end
     start = layout.skip
@@ -263,7 +263,7 @@ def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
                 best = scores[width], width, delimiter, decimal
     _, width, delimiter, decimal = best
     if not width:
-        hint = "A header alone is no log; if there are data, say in a mapping how they are written (`format:`)."
+        hint = "A header alone is not a log; if there are data, say in a mapping how they are written (`format:`)."
         raise FricError("there are no rows of numbers", hint=hint)
     rows = [_row(line, delimiter, decimal, layout.comment) for line in lines]
     rows = [_Row(row.cells[:width], row.numeric[:width]) if not any(row.cells[width:]) else row for row in rows]
@@ -662,7 +662,7 @@ class TextTable(ForeignTable):
                                 where=f"{self.path}, line {next(long, '?')}",
                                 hint="Mend or remove the line.") from None  # fmt: skip
             text = str(error).strip().rsplit("C error: ", 1)[-1]
-            raise FricError(f"is no table: {text}", where=self.place(row), hint="Mend the file.") from None
+            raise FricError(f"is not a table: {text}", where=self.place(row), hint="Mend the file.") from None
         return frame
 
     def place(self, row: int, column: int | None = None) -> str:

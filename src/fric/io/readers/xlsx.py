@@ -43,7 +43,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         with ZipFile(path) as archive:
             inside = archive.infolist()
     except BadZipFile:
-        raise FricError("is no whole workbook (cut short?)", hint="Save it again.") from None
+        raise FricError("is not a complete workbook (cut short?)", hint="Save it again.") from None
     if sum(member.file_size for member in inside) > MOST_UNPACKED or any(
         member.file_size > _most(member) for member in inside
     ):
