@@ -169,7 +169,7 @@ def test_an_accuracy_takes_as_many_records_as_the_square_of_whatlacks() -> None:
     assert more_records(wanted, found, {}) == {"constant-velocity": 4}
     assert log(more_records({"F_s": (0.007, True)}, found, {})["constant-velocity"], 2) == 4
     assert more_records({"F_s": (1e-9, True)}, found, {}) == {}  # which no number of records reaches
-    with pytest.raises(fric.FricError, match="no parameter that a plan tells"):
+    with pytest.raises(fric.FricError, match="not a parameter of a plan"):
         fric.plan(stroke=0.3, feed=0.1, machine="xy-table", accuracy=["F_x=2%"])
 
 

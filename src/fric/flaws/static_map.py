@@ -50,7 +50,7 @@ STROKES_STAND_OFF = Flaw("strokes-stand-off", lambda f: "doubt" if f.share > SCA
     "Look at their records.")
 STROKES_SCATTER = Flaw("strokes-scatter", lambda f: "doubt" if f.share > SCATTERED else "note",
     "Strokes scatter by {spread:2} beyond noise, {share:.0%} of the force: weights and intervals allow for it.",
-    "{large:Friction that does not repeat, a play or an axis that hunts is not a map of speed. Look at their records.|}")
+    "{large:Friction that does not repeat, play or a hunting axis is not a map of speed. Look at their records.|}")
 STROKES_IN_PRESLIDING = Flaw("strokes-in-presliding", "doubt",
     "At {speeds} the force still rises when strokes end: they do not slide, and are left out.",
     "Log longer strokes.", widens={"v_s": 0.3})

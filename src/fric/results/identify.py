@@ -119,7 +119,7 @@ class IdentifiedModel(IdentifiedFriction):
             raise FricError("there is no motion", hint="Give `time` and `position` or `velocity`, or velocities alone.")
         if t is not None:
             if len(t) < 3 or (np.diff(t) <= 0).any() or any(x is not None and len(x) != len(t) for x in (v, z)):
-                raise FricError("time, position and velocity are not a motion", hint="Give as many of each, times rising.")
+                raise FricError("time, position and velocity are unequal", hint="Give as many of each, times rising.")
             if z is None and v is not None:
                 z = np.append(0.0, np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t)))
         document = FrictionDocument.model_validate(self.document)

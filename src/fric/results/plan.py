@@ -241,7 +241,7 @@ def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) ->
     found = {}
     for name, value in pairs:
         if name not in KIND_OF:
-            raise FricError(f"'{name}' is not a parameter that a plan tells", hint=f"{near(name, KIND_OF)}As in F_s=2%.")
+            raise FricError(f"'{name}' is not a parameter of a plan", hint=f"{near(name, KIND_OF)}As in F_s=2%.")
         text = str(value).strip()
         share = text.endswith("%")
         asked = positive(text if share else value, "ratio" if share else dimensions[name], axis.motion)

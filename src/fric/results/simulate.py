@@ -295,7 +295,7 @@ def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, 
         if len(ends) == 2 and min(read) > 0:
             found = tuple(float(item) for item in np.geomspace(read[0], read[1], points))
     if not found or min(found) <= 0:
-        raise FricError(f"'{given}' is not a range of positive values", hint="Write '5 … 200 mm/s', or '5, 10, 50 mm/s'.")
+        raise FricError(f"'{given}' is not a positive range", hint="Write '5 … 200 mm/s', or '5, 10, 50 mm/s'.")
     return found
 
 

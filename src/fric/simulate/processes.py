@@ -67,7 +67,7 @@ def _run(index: int) -> Any:
     return _STUDY(index)
 
 
-def _started() -> BaseContext:
+def started() -> BaseContext:
     """Return how workers are started: from a server that has imported their modules, and has no threads.
 
     The server, and so each worker from its first moment on, leaves Ctrl-C to the parent. Where there is none (Windows),
@@ -155,7 +155,7 @@ def outcomes(
         yield map(study, range(machines))
         return
     with _apart(study):
-        pool = ProcessPoolExecutor(workers, _started(), _begin, (study,))
+        pool = ProcessPoolExecutor(workers, started(), _begin, (study,))
         found = pool.map(_run, range(machines))  # starts all workers
     try:
         yield _unbroken(found)
