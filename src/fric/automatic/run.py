@@ -40,6 +40,7 @@ from fric.flaws.channel import HOLDING_MAP
 from fric.io.circle import choose_circles
 from fric.io.propose import NO_FORCE, NO_POSITION, NO_SCALE, first_of
 from fric.io.questions import MOST_QUESTIONS, Ask, Question, Review
+from fric.io.readers import tables
 from fric.notice import Notice, once
 from fric.process import tried as say_step
 from fric.report.summary import Report, make_report
@@ -412,7 +413,11 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     lacks += "there, name them in a mapping"
     mapped = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
     damaged = LEAVES_OUT in why or files[0].suffix == ".h5"
-    hint = "" if damaged else f"{'Say it in a mapping' if NO_SCALE in why else lacks}: `{mapped}`."
+    try:
+        _ = damaged or next(tables(files[0]), None)
+        hint = "" if damaged else f"{'Say it in a mapping' if NO_SCALE in why else lacks}: `{mapped}`."
+    except FricError as error:  # no mapping opens it
+        hint = error.hint
     moved, pushed = (found.refused.get(lacking, []) for lacking in (NO_FORCE, NO_POSITION))
     if moved and pushed:  # the channels of a record in files of their own
         pair = [pushed[0].name, *get_close_matches(pushed[0].name, [path.name for path in moved], n=1, cutoff=0.0)]

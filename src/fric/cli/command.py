@@ -28,6 +28,10 @@ WIDTH = 80  # Largest width of a line of an example [columns]
 OUTPUT = ("output", "plot", "plot_reversal", "json", "force", "help")  # Options for the places of results, listed last
 
 
+UsageError: Any = typer.BadParameter.__base__
+"""The error of a command line, of which Typer itself names the errors of single values alone."""
+
+
 def listed(homes: Mapping[str, Any], name: str, text_of: Any) -> dict[str, list[tuple[str, str]]]:
     """Return commands by part, each with a short description; by default the first sentence of its help."""
     parts = {"Commands": PARTS.get(f"fric {name}", {})}
@@ -381,14 +385,15 @@ def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> t
         """A group whose commands are made when they are asked for: to make all takes as long as to import Typer."""
 
         def list_commands(self, ctx: Any) -> list[str]:
-            return list(homes)
+            return [key for rows in listed(homes, name, str).values() for key, _ in rows]
 
         def get_command(self, ctx: Any, cmd_name: str) -> Any:
             return made(cmd_name) if cmd_name in homes else None
 
         def resolve_command(self, ctx: Any, args: list[str]) -> Any:
             if args[0] not in homes and not args[0].startswith("-"):
-                ctx.fail(f"there is no command '{args[0]}'. {near(args[0], homes)}There are {', '.join(homes)}.")
+                there = ", ".join(self.list_commands(ctx))
+                ctx.fail(f"there is no command '{args[0]}'. {near(args[0], homes)}There are {there}.")
             return super().resolve_command(ctx, args)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:

@@ -8,12 +8,11 @@ import signal
 import sys
 import warnings
 from types import FrameType
-from typing import Any
 
 import typer
 
 import fric
-from fric.cli.command import EXAMPLES, command_of, group
+from fric.cli.command import EXAMPLES, UsageError, command_of, group
 from fric.cli.commands import COMMANDS
 from fric.cli.console import ERR, MOST_CHARACTERS, prepare_streams
 from fric.errors import FricError, near, of_path, printable, reworded
@@ -84,10 +83,12 @@ def main() -> None:
         try:
             now()  # Matplotlib would end at one that is none
             sys.exit(app(standalone_mode=False))
-        except _UsageError as error:  # which tells the words of the line as they are
+        except UsageError as error:  # which tells the words of the line as they are
             message = reworded(error.message)
             if message.startswith("Got unexpected extra"):
                 message += f". {COMMAS}"
+            if hasattr(error, "possibilities") and error.ctx.parent is None:
+                error.possibilities, message = None, f"{message}. Options of a command follow its name"
             given, *choices = (re.findall("'(.*?)'", text) or [text] for text in message.split(" is not one of "))
             use = getattr(getattr(error, "param", None), "help", None)
             if choices:
@@ -119,7 +120,6 @@ def main() -> None:
         _fail("interrupted\nOutputs that were not finished are not there.", 128 + _STRUCK[-1])
 
 
-_UsageError: Any = typer.BadParameter.__base__
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EPIPE, errno.EIO, errno.EDQUOT)
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 import fric
-from fric.cli.command import READ_MACHINE, Command, argument
+from fric.cli.command import READ_MACHINE, Command, UsageError, argument
 from fric.cli.completion import topics, types
 from fric.cli.console import ERR, OUT, Interruption, asker, finish, interruption, paused, print_json
 from fric.errors import FricError, printable
@@ -75,14 +75,14 @@ def ingest(command: Command, given: dict[str, Any]) -> None:
         finish(lambda _: fric.formats(), json=given["json"])
         return
     if "files" not in given:
-        raise typer.BadParameter("name the files to read; `fric ingest --list` lists the formats")
+        raise UsageError("FILE is missing: name the logs to read; `fric ingest --list` lists the formats")
     if "propose" in given:
         if "output" in given:
-            raise typer.BadParameter("--propose writes a mapping and reads no log: leave out -o")
+            raise UsageError("--propose writes a mapping and reads no log: leave out -o")
         _propose(given)
         return
     if "output" not in given:
-        raise typer.BadParameter("say which log file to write: -o LOG.h5")
+        raise UsageError("say which log file to write: -o LOG.h5")
     keep_freed_memory()
     circles = fric.holds_circles(given.get("mapping"), given.get("kind"))
     command = _by(command, given, "fric.results.ingest:ingest_circles", circles, but={"kind", "assume"})
@@ -143,9 +143,7 @@ def plan(command: Command, given: dict[str, Any]) -> None:
     if not last and (lacks := [f"--{name}" for name in ("stroke", "feed") if name not in given]):
         for name in given.keys() & {"stroke", "feed"}:  # a value without a unit is refused first
             parse(given[name], "position" if name == "stroke" else "velocity")
-        raise typer.BadParameter(
-            f'say what the axis may do, as --stroke "300 mm" --feed "100 mm/s": {lacks[0]} is missing'
-        )
+        raise UsageError(f'say what the axis may do, as --stroke "300 mm" --feed "100 mm/s": {lacks[0]} is missing')
     command.end(command.call(given), given)
 
 
@@ -166,7 +164,7 @@ def learn(command: Command, given: dict[str, Any]) -> None:
     """Learn on a machine in simulation, or from a recorded circle."""
     simulated, machine = "rounds" in given, "machine" in given
     if simulated == machine and (simulated or given["given"].suffix != ".h5"):
-        raise typer.BadParameter("give a machine with --rounds, or a circle with --machine")
+        raise UsageError("give a machine with --rounds, or a circle with --machine")
     command.end(command.call(given), given)
 
 
@@ -217,7 +215,7 @@ def block(command: Command, given: dict[str, Any]) -> None:
             OUT.print(f"{kind.name}  {kind.kind}, {linear}; asks for: {kind.asks}")
         return
     if "plant" not in given:
-        raise typer.BadParameter("PLANT.yaml is missing")
+        raise UsageError("PLANT.yaml is missing")
     command.end(command.call(given), given)
 
 
@@ -225,9 +223,9 @@ def circle(command: Command, given: dict[str, Any]) -> None:
     """Run circles; of many machines those that are done are kept when they are interrupted."""
     many, identified = given.get("machines"), given.pop("from_intervals")
     if many is None and (identified or not given.keys().isdisjoint({"spread", "workers", "scheduler"})):
-        raise typer.BadParameter("--spread, --from-intervals, --workers and --scheduler go with --monte-carlo")
+        raise UsageError("--spread, --from-intervals, --workers and --scheduler go with --monte-carlo")
     if "friction_model" in given and identified:
-        raise typer.BadParameter("--friction-model does not go with --from-intervals")
+        raise UsageError("--friction-model does not go with --from-intervals")
     make = command.call(given, READ_IDENTIFIED if identified else READ_MACHINE)
     interrupted: list[Interruption] = []
 

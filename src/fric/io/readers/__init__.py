@@ -68,6 +68,6 @@ def tables(path: Path, layout: Layout | None = None) -> Generator[ForeignTable, 
     """Read a foreign log file by the reader that recognises it, table by table."""
     sure, reader = _surest(path)
     if not sure > 0:
-        hint = "`fric ingest --list` tells the formats that are read; export it as CSV."
+        hint = "`fric ingest --list` lists the formats that are read; export it as CSV."
         raise FricError("its format is not known", where=str(path), hint=hint)
     yield from guarded(path, iter(reader.tables(path, layout or Layout())))
