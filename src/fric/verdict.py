@@ -17,7 +17,7 @@ from fric.documents.base import provenance
 from fric.documents.bundled import bundled
 from fric.estimate import Estimate
 from fric.flaws import flaw_of, prediction
-from fric.flaws.circle import GAINS_UNKNOWN
+from fric.flaws.circle import COMPLETED_DISAGREES, GAINS_UNKNOWN
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import NO_MEASURED_CIRCLE, NOTHING_SIMULATED
 from fric.notice import Notice
@@ -332,7 +332,7 @@ def decide(evidence: Evidence) -> Verdict:
     said = tuple(f"{candidate.named} must not be used: {text}" for candidate, text in refused)
     given: dict[str, Any] = {"settled": tuple(evidence.settled), "compared": evidence.glitches}
     given["unmodelled"] = evidence.unmodelled
-    given["now"] = now = glitch_now(without, evidence) if (without := bare(usable or evidence.candidates)) else ""
+    given["now"] = now = glitch_now(without, evidence) if (without := bare(evidence.candidates)) else ""
     if evidence.disagreements or not usable:
         following = tuple(steps(evidence, None))
         return Verdict(
@@ -369,7 +369,8 @@ def forbidden(candidate: Candidate, evidence: Evidence) -> list[Notice]:
         size, machines = Estimate(float(swings[cycles].max()), "m"), 0 if cycles[0] else int(cycles.sum())
         found.append(prediction.LIMIT_CYCLE.found(size=size, machines=machines, drawn=len(candidate.swings)))
     if not np.isfinite(candidate.stays_under):
-        found.append(prediction.CANNOT_RUN.found(share=float(np.mean(np.isnan(candidate.drawn)))))
+        share = float(np.mean(np.isnan(candidate.drawn)))
+        found.append(prediction.CANNOT_RUN.found(share=share, bare=candidate.scheme.bare))
     return found
 
 
@@ -491,12 +492,17 @@ def headline(chosen: Candidate, without: Candidate | None, now: str, evidence: E
     return f"For a controller that fric designed: {text[0].lower()}{text[1:]}" if evidence.designed else text
 
 
+DIFFERS = "the measured circle differs from its prediction"
+
+
 def nothing(evidence: Evidence) -> str:
     """Return the sentence why no scheme is recommended."""
     if evidence.disagreements and evidence.designed:
         return "No scheme is recommended: the controller's gains are not known."
     if evidence.disagreements:
-        return "No scheme is recommended: the measured circle differs from its prediction. Find out why first."
+        fitted = all(notice.code == COMPLETED_DISAGREES.code for notice in evidence.disagreements)
+        differs = "no machine that is fitted to the measured circle reproduces it" if fitted else DIFFERS
+        return f"No scheme is recommended: {differs}. Find out why first."
     if evidence.rotary:
         return "No scheme is recommended: schemes are compared on a circle, which needs a linear axis."
     if evidence.missing:

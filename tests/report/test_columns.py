@@ -51,7 +51,7 @@ def test_what_is_stated_becomes_the_mapping_and_what_follows_is_shown(log: Path,
         assert found["axes"][0]["lines"][0] == "4 s at 1 kHz"
         assert any("force from" in line and line.endswith(" A") for line in found["axes"][0]["lines"])
         for wrong, why in (
-            ({"rate": ""}, "no column is marked as time"), ({"rate": "fast"}, "no sampling rate"),
+            ({"rate": ""}, "no column is marked as time"), ({"rate": "fast"}, "is not a sampling rate"),
             ({"roles": []}, "neither position"),
             ({"taken": False}, "no axis"), ({"roles": [{"channel": "time", "column": 9, "unit": "s"}]}, "channel"),
             ({"name": "\n" * 3}, "no name"), ({"roles": [{"channel": "position", "column": 0, "unit": ""}]}, "no unit"),

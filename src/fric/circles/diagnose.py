@@ -30,6 +30,7 @@ from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
 from fric.simulate.processes import Study
 from fric.statistics import pair_power
+from fric.units import readable
 
 PERIODS = (2.5, 120.0)  # Least and largest number of periods on the diameter to search
 TOGETHER = 200_000  # Samples times frequencies that are computed at once, to fit the cache
@@ -618,6 +619,7 @@ CAUSES = {
     "sign": "the sign: gravity, or the direction of the axis",
 }
 """The sentence of a disagreement, by what differs."""
+WIDE = 0.5  # Share of a predicted glitch from which its interval is wide
 
 
 @dataclass(frozen=True)
@@ -636,6 +638,16 @@ class Agreement:
     def all_agree(self) -> bool:
         """Whether every quadrant agrees."""
         return all(self.agrees.values())
+
+    @property
+    def said(self) -> str:
+        """Whether it agrees, in words: with the interval of the largest glitch where that is wide."""
+        if not self.all_agree or not self.intervals:
+            return "agrees" if self.all_agree else "differs"
+        largest = max(self.agrees, key=lambda name: abs(self.predicted.glitches[name].value))
+        low, high = self.intervals[largest]
+        wide = high - low > WIDE * abs(self.predicted.glitches[largest].value)
+        return "agrees" + wide * f" with a wide interval, {readable(low, 'm', 2)} to {readable(high, 'm', 2)}"
 
 
 def predict(

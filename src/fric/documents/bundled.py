@@ -28,10 +28,12 @@ def bundled(kind: str) -> dict[str, Path]:
 
 
 def located(path: Path, kind: str) -> Path:
-    """Return a path, or the bundled document of that name if there is no such file; a folder does not count."""
-    known = bundled(kind)
+    """Return a path, or the bundled document of that name if there is no such file, or that in a folder of `auto`."""
+    known, inside = bundled(kind), path / f"{kind}.yaml"
     if str(path) in known and not path.is_file():
         return known[str(path)]
+    if inside.is_file():
+        return inside
     if path.exists():
         return path
     raise missing(path, [name for name, file in known.items() if file.parent == folder("configs")], kind)

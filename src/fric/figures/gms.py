@@ -67,7 +67,7 @@ def _cycle(axes: Axes, fit: GMSFit, hysteresis: HysteresisCycles, force: Scale) 
     axes.plot(z, F, color=GREY, lw=0.6, label="record")
     ends = dict(fit.curve.record)
     start = max((end for end in ends.values() if end < 0.95 * ends.get(record.name, np.inf)), default=0.0)
-    label: str | None = "selected"
+    label: str | None = "for the virgin curve"
     for first, reversal, last in hysteresis.chosen() if record.name in ends else []:
         for a, b in ((first, reversal), (reversal, last)):
             part = slice(a, b + 1)
@@ -259,7 +259,7 @@ def _over_velocity(axes: Axes, found: FrictionMap) -> None:
             label = "eq. (2) with 95 % band" if branch.x[-1] > 0 else None
             shade(axes, branch.scaled(scale, factor), **_look(branches), label=label)
     axes.set(xlabel=f"velocity [{unit}]", ylabel=f"friction [{force_unit}]")
-    axes.legend(loc="center right")
+    axes.legend(loc="best")
 
 
 def _over_speed(axes: Axes, found: FrictionMap) -> None:

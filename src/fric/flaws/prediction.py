@@ -25,7 +25,8 @@ FEW_MACHINES = Flaw("few-machines", "doubt", "{machines} machines were drawn: 95
 MEASURED_BEYOND = Flaw("measured-beyond", "wrong", "With {scheme} switched on, the measured circle shows {seen:2}.")
 LIMIT_CYCLE = Flaw("limit-cycle", "wrong",
     "The loop swings by {size:2} away from reversals{machines:, on {machines} of {drawn} machines|}: a limit cycle.")
-CANNOT_RUN = Flaw("cannot-run", "wrong", "It cannot run on {share:.0%} of the varied machines.")
+CANNOT_RUN = Flaw("cannot-run", "wrong", "It cannot run on {share:.0%} of the varied machines.",
+    "{bare:The machine itself runs so: the intervals of its plant or gains are too wide.|}")
 SCHEME_SPOILS = Flaw("scheme-spoils", "wrong", "Scheme {scheme} leaves {left}, and the controller alone {alone}.")
 SCHEME_SATURATES = Flaw("scheme-saturates", "wrong", "{how}")
 SATURATES = Flaw("saturates", "doubt",

@@ -99,7 +99,7 @@ def measured_view(measured: Measured, key: str, tolerance: float | None) -> dict
     if tolerance is not None:
         said += ", within the tolerance" if glitch <= tolerance else ", beyond the tolerance"
     if held:
-        said += f"; {'as' if held.all_agree else 'not as'} the machine file predicts for scheme ({held.scheme})"
+        said += f"; what the machine file predicts for scheme ({held.scheme}) {held.said}"
     return {
         "title": f"C{title}", "source": measured.source, "said": f"{said}.", "held": held, "causes": result.causes(),
         "tables": [piece for piece in result.report() if isinstance(piece, Table)],

@@ -186,8 +186,7 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
         if (both := self.glitches()) is None:
             return f"measured {readable(max(abs(glitch.value) for glitch in self.found.glitches.values()), 'm', 3)}"
         predicted, measured = (readable(value, "m", 3) for value in both)
-        agrees = "agrees" if self.held and self.held.all_agree else "differs"
-        return f"measured {measured}, predicted {predicted}: {agrees}"
+        return f"measured {measured}, predicted {predicted}: {self.held.said if self.held else 'differs'}"
 
     def figure(self) -> Figure:
         """Return the circle, and the glitches measured and predicted."""
