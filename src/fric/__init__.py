@@ -1,7 +1,12 @@
 """fric: friction identification and compensation for feed drives.
 
-The names below are the subject: records, models, machines, and verbs on them. Each is loaded when it is first used, so
-that ``import fric`` costs nothing; ``__init__.pyi`` says where it is from, for type checkers and for this.
+    static = fric.identify_static("strokes.h5")
+    static.F_c                                  # a value with its unit and 95 % interval
+    friction = fric.identify_gms("sines.h5", static=static)
+    fric.circle("machine.yaml", "all")          # the glitch under each compensation
+
+The names below are records, models, machines, and verbs on them: ``fric.__all__`` lists them. Each is loaded when it is
+first used; ``__init__.pyi`` says where it is from, for type checkers and for this.
 """
 
 import re

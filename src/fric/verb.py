@@ -186,7 +186,7 @@ def _unbound(function: Callable[..., Any], called: str, args: Sequence[Any], kwa
     """Return the error of arguments that are missing, not known, given twice, or too many."""
     of = {"self", "cls"} & _signature(function).parameters.keys()
     known = {name: parameter for name, parameter in _signature(function).parameters.items() if name not in of}
-    has = f"It has {', '.join(known)}." if known else "It has none."
+    has = f"Its arguments are {', '.join(known)}." if known else "It has no argument."
     for name in kwargs:
         if name not in known:
             meant = f"Is it {MEANT[name]}? " if MEANT.get(name) in known else near(name, known)
@@ -201,7 +201,7 @@ def _unbound(function: Callable[..., Any], called: str, args: Sequence[Any], kwa
         return FricError(f"{called} was given {' and '.join(twice)} twice", hint="Give it once.")
     lacks = [name for name, parameter in known.items() if parameter.default is Parameter.empty and name not in here
              and parameter.kind is not Parameter.VAR_POSITIONAL]  # fmt: skip
-    return FricError(f"{called} was not given {', '.join(lacks)}", hint=has)
+    return FricError(f"{called} needs {', '.join(lacks)}", hint=has)
 
 
 def explained(kind: type[T]) -> type[T]:

@@ -142,7 +142,7 @@ def test_what_cannot_be_designed_is_refused(plant: str, controller: str) -> None
     other = Path(controller).with_name("y.yaml")
     other.write_text(Path(controller).read_text().replace("axis: x", "axis: y"))
     assert "of the linear axis y" in str(refused(["design", "observer", plant, "--controller", str(other)]))
-    assert "no resonance" in str(refused([*observer, "--resonance", "300 Hz"]))
+    assert "is not a resonance" in str(refused([*observer, "--resonance", "300 Hz"]))
     assert "--resonance" not in str(refused([*observer, "--resonance", "300 Hz, 0, 0.1"]))
 
 

@@ -123,7 +123,7 @@ def state_over_time(block):
 
 @pytest.mark.parametrize("name", ["", ".", "...", "a/b", "x\n", "\ud800", "monte_carlo", "x" * 41])
 def test_a_name_that_no_group_of_a_run_file_can_have_is_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(FricError, match="no name of a scheme"):
+    with pytest.raises(FricError, match="not a name of a scheme"):
         Scheme(name, "")
     assert Scheme("a", "of \x1b[31m\nred").title.isprintable()
     file = tmp_path / "schemes.yaml"

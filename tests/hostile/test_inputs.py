@@ -222,11 +222,11 @@ def test_devices_and_pipes_are_no_inputs(tmp_path):
         machine.write_text(
             f"fric: machine/1\naxes:\n  x:\n    plant: {name}\n    controller: {name}\n    friction: {name}\n"
         )
-        with pytest.raises(FricError, match=r"no regular file|a folder"):
+        with pytest.raises(FricError, match=r"not a regular file|a folder"):
             read_document(machine, MachineDocument)
     for path in (Path("/dev/zero"), tmp_path / "pipe.yaml"):
         for read in (lambda p: list(tables(p)), read_records, lambda p: collect([p])):
-            with pytest.raises(FricError, match="no regular file"):
+            with pytest.raises(FricError, match="not a regular file"):
                 read(path)
 
 
@@ -280,7 +280,7 @@ def test_a_device_without_end_is_no_log(tmp_path, words, warm):
         ["fric", "ingest", "/dev/zero", "-o", str(tmp_path / "a.h5"), *words],
         env=warm, capture_output=True, text=True, check=False, timeout=600,
     )  # fmt: skip
-    assert (done.returncode, "no regular file" in done.stderr) == (1, True), done.stderr
+    assert (done.returncode, "not a regular file" in done.stderr) == (1, True), done.stderr
 
 
 def test_a_virtual_dataset_ends_no_process(tmp_path, log):
@@ -306,7 +306,7 @@ def test_a_dataset_in_place_of_a_group_is_damage(tmp_path, log, place):
         lambda: ingest(log, tmp_path / "again.h5"),
         lambda: ingest(tmp_path / "a.csv", log, append=True),
     ):
-        with pytest.raises(FricError, match=r"holds no record|is no group"):
+        with pytest.raises(FricError, match=r"holds no record|is not a group"):
             call()
 
 

@@ -29,10 +29,10 @@ def test_a_device_or_a_pipe_is_never_replaced(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path in (Path("/dev/null"), tmp_path / "pipe", tmp_path):
         for force in (False, True):
-            with pytest.raises(FricError, match=r"no regular file|a folder"), staged(path, force=force):
+            with pytest.raises(FricError, match=r"not a regular file|a folder"), staged(path, force=force):
                 pass
     assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
-    with pytest.raises(FricError, match="no regular file"):
+    with pytest.raises(FricError, match="not a regular file"):
         refuse_existing(Path("/dev/null"), force=True)
 
 

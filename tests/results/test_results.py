@@ -147,7 +147,7 @@ def test_a_machine_believes_models_plants_and_designs(plant):
         (lambda r: fric.circle("xy-table", radius=None), "takes radius as a number or a text, and was given None"),
         (lambda r: fric.circle("xy-table", radius="30"), "has no unit"),
         (lambda r: fric.read_machine("virtual-rig").with_belief(y=r), "axis y was given what is known of axis x"),
-        (lambda r: fric.read_machine("virtual-rig").with_belief(x="f.yaml"), "str is nothing that the controller"),
+        (lambda r: fric.read_machine("virtual-rig").with_belief(x="f.yaml"), "cannot believe a str"),
         (lambda r: fric.validate(STROKES, plant=None), "was given None"),
         (lambda r: r.save(3), "save takes path as a path or a text, and was given an int"),
         (lambda r: fric.read(STROKES).save(None), "save takes path as a path or a text, and was given None"),

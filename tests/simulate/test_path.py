@@ -60,7 +60,7 @@ def test_runs_of_a_path_pass_through_their_file(tmp_path: Path) -> None:
     assert circle.scheme.name == "a"
     with h5py.File(tmp_path / "run.h5", "a") as file:
         del file["f"].attrs["scheme_name"]
-    with pytest.raises(FricError, match=r"run\.h5, /f: Scheme was not given name"):
+    with pytest.raises(FricError, match=r"run\.h5, /f: Scheme needs name"):
         read_runs(tmp_path / "run.h5")
 
 
@@ -78,7 +78,7 @@ def test_a_path_on_which_no_axis_turns_is_told() -> None:
         ("x,y\n0,0\n1,0\n2,0\n3,0\n", "no unit"),
         ("x [mm],y [N]\n0,0\n1,0\n2,0\n3,0\n", "position cannot be in 'N'"),
         ("x [mm],z [mm]\n0,0\n1,0\n2,0\n3,0\n", "no column 'y'"),
-        ("x [mm],y [mm]\n0,0\n1,bad\n2,0\n3,0\n4,0\n", "no number"),
+        ("x [mm],y [mm]\n0,0\n1,bad\n2,0\n3,0\n4,0\n", "is not a number"),
     ],
 )
 def test_paths_that_cannot_be_followed_are_told(tmp_path: Path, text: str, told: str) -> None:

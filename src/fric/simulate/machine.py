@@ -111,7 +111,7 @@ class Axis:
         if name := next((name for name, kind in kinds.items() if isinstance(known, kind)), ""):
             return replace(self, **{name: known})  # type: ignore[arg-type]
         raise FricError(
-            f"{type(given).__name__} is nothing that the controller of axis {self.name} could believe",
+            f"the controller of axis {self.name} cannot believe a {type(given).__name__}",
             hint="Give a friction model, plant, cascade, observer, or a result; a file by read_machine.",
         )
 
