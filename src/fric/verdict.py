@@ -440,8 +440,8 @@ def difference(candidate: Candidate, other: Candidate) -> tuple[float, float]:
 def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> Iterator[str]:
     """Return what less effort would cost, and what more effort would gain, where the difference is sure."""
     if evidence.exact and evidence.machines and evidence.glitches is None:
-        many = f"{evidence.machines} varied machines decide"
-        yield f"The controller knows this machine exactly, unlike any real machine: {many}."
+        decide = f"{evidence.machines} varied machines decide"
+        yield f"Here the controller has the exact parameters, as no real one has: {decide}."
     less = [candidate for candidate in usable if 0 < candidate.demand < chosen.demand]
     more = [candidate for candidate in usable if candidate.demand > chosen.demand]
     if less:

@@ -59,8 +59,8 @@ STROKES_SETTLING = Flaw("strokes-settling", _settling,
     "Log longer strokes.",
     widens={"v_s": 0.3}, circle_settles=True)
 STROKES_SWING = Flaw("strokes-swing", lambda f: "doubt" if f.most > STICKS else "note",
-    "{strokes} strokes from {slowest} to {fastest} swing by up to {most:.0%} (rms){sticks:, some stick|}: allowed "
-    "for.")
+    "{several:{strokes} strokes from {slowest} to {fastest} swing|A stroke at {fastest} swings} by up to {most:.0%} "
+    "(rms){sticks:, some stick|}: allowed for.")
 RESIDUALS_FOLLOW_SPEED = Flaw("residuals-follow-speed", "doubt", "Eq. (2) does not describe these strokes: residuals "
     "{smooth:follow the speed|are the same in both directions, {missed} (rms)}.",
     "`method` in the file says which forms were tried. Look at the figure.", widens={"v_s": 0.2, "C": 0.2})

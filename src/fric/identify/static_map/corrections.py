@@ -424,8 +424,8 @@ def swing(strokes: Strokes) -> Correction | None:
 
     speeds = [strokes.asked.of(v, "velocity") for v in sorted(abs(p.velocity) for p in swings)]
     most = max(p.swing for p in swings)
-    found = {"strokes": len(swings), "most": most, "slowest": speeds[0], "fastest": speeds[-1]}
-    return Correction(into=into, notices=[STROKES_SWING.found(**found, sticks=most > STICKS)])
+    found = {"strokes": len(swings), "most": most, "slowest": speeds[0], "fastest": speeds[-1], "sticks": most > STICKS}
+    return Correction(into=into, notices=[STROKES_SWING.found(**found, several=len(swings) > 1)])
 
 
 def rounding(strokes: Strokes) -> Correction | None:
