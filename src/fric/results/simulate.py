@@ -85,7 +85,8 @@ class CircleResult(Result, schema=CircleResultDocument):
         where += ", clockwise" if test.direction < 0 else ""
         where += f", {self.only} alone; glitches in µm" if self.only else "; glitches in µm"
         if self.many is not None:
-            table = self._distributions(self.many, f"{self.machine.name}: {len(self.many)} machines, {where}")
+            fitted = " fitted to the measured circle" * bool(self.prediction and self.prediction.measured)
+            table = self._distributions(self.many, f"{self.machine.name}: {len(self.many)} machines{fitted}, {where}")
             return [table, *self.verdict.lines()]
         columns = ["scheme", *QUADRANTS, "glitch", "rms", "range", "reduction", *(["paper"] if self.published else [])]
         rows = [[*_row(run, self.runs, *run.glitches), *self._paper(run)] for run in self.runs]
