@@ -69,7 +69,8 @@ def test_they_stand_beside_those_of_the_circle(tmp_path):
 
 
 @pytest.mark.parametrize(("text", "says"), [
-    (result()[:90], "not complete XML"), (result(""), "has the test plane ''"), (result("XX"), "has the test plane 'xx'"),
+    (result()[:90], "not complete XML"),
+    (result(""), "has the test plane ''"), (result("XX"), "has the test plane 'xx'"),
     (result(features=FEATURES[-2:]), "holds no figure"),
     (result().replace("<BB5>", "<!DOCTYPE a><BB5>"), "declares a document type"),
 ])  # fmt: skip
