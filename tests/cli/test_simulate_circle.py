@@ -94,7 +94,7 @@ def test_a_controller_of_its_own_is_used_and_told_by_its_type(tmp_path: Path) ->
     assert weak["glitch"] > 2 * stiff["glitch"]
     with pytest.raises(FricError, match="controller of the linear axis x, and axis y"):
         circle("--with", f"y={soft}")
-    with pytest.raises(FricError, match="no file that a controller uses"):
+    with pytest.raises(FricError, match="not a file that a controller uses"):
         circle("--with", f"x={MACHINE}")
 
 

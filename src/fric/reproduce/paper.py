@@ -3,15 +3,12 @@
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from math import isfinite
-from multiprocessing.queues import Queue
 from pathlib import Path
-from queue import Empty
 from shutil import copyfile
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -33,7 +30,6 @@ from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.io.circle import read_runs, write_runs
 from fric.io.hdf5 import write_logs
 from fric.output import staged, written
-from fric.process import tried
 from fric.report.collect import collect
 from fric.report.view import render_view, view
 from fric.reproduce.step_cache import StepCache
@@ -45,7 +41,7 @@ from fric.results.simulate import CircleResult
 from fric.simulate.contour_run import Circle, CircleRun, pair, run_circle
 from fric.simulate.experiment import OF_THE_PAPER, experiment
 from fric.simulate.machine import Machine
-from fric.simulate.processes import end_with_parent, started
+from fric.simulate.processes import end_with_parent
 from fric.units import prefixed, readable
 from fric.verb import Kind, verb
 from fric.verdict import facts
@@ -80,54 +76,47 @@ class AxisFiles:
 STEPS = len(OF_THE_PAPER) + 5  # Steps of an axis: experiments, plant, static map, GMS, controller, observer
 
 
-Steps: TypeAlias = "Queue[tuple[str, bool | None]]"  # Names of steps: None where one begins, whether it ran at its end
-_TOLD: list[Steps] = []  # Where a process that learns an axis says what it does
-
-
-def _telling(queue: Steps) -> None:
-    end_with_parent()
-    _TOLD.append(queue)
-
-
-def learn_axis(machine: Path, axis: str, folder: Path, *, seed: int, published_plant: bool) -> None:
-    """Make the experiments on one axis and identify all from their logs; say when a step begins, and whether it ran.
+def learn_axis(machine: Path, axis: str, folder: Path, *, seed: int, published_plant: bool) -> list[bool]:
+    """Make the experiments on one axis and identify all from their logs; return of each step whether it ran.
 
     published_plant: True where the linear damping of the drive is taken from the machine file, which gives eq. (1), and
         not from the response: A of the response includes the guideway's sigma, and the two could not be separated.
     """
     shop, files, published = StepCache(folder), AxisFiles(folder), {"published_plant": published_plant}
 
-    def made(name: str, make: Callable[[], None], reads: Sequence[Path], *leaves: Path, **settings: Any) -> None:
-        _TOLD[0].put((f"{axis}: {name}", None))
-        ran = shop.step(name, make, reads=reads, leaves=leaves, settings={"axis": axis, **settings})
-        _TOLD[0].put((f"{axis}: {name}", ran))
+    def made(name: str, make: Callable[[], None], reads: Sequence[Path], *leaves: Path, **settings: Any) -> bool:
+        return shop.step(name, make, reads=reads, leaves=leaves, settings={"axis": axis, **settings})
 
-    def found(name: str, find: Callable[[], Result], reads: Sequence[Path], *leaves: Path, **settings: Any) -> None:
-        made(name, lambda: _save(find(), *leaves), reads, *leaves, **settings)
+    def found(name: str, find: Callable[[], Result], reads: Sequence[Path], *leaves: Path, **settings: Any) -> bool:
+        return made(name, lambda: _save(find(), *leaves), reads, *leaves, **settings)
 
     def damping() -> Any:
         return read_machine(machine).axis(axis).plant if published_plant else files.plant
 
+    ran = []
     for kind in OF_THE_PAPER:
         make, noise = partial(_experiment, machine, axis, kind, files, seed), {"seed": seed, "samples": SAMPLES[kind]}
-        made(kind, make, [machine], files.log(kind), repeats=REPEATS.get(kind, 1), **noise)
+        ran.append(made(kind, make, [machine], files.log(kind), repeats=REPEATS.get(kind, 1), **noise))
     response, strokes = files.log("frequency-response"), files.log("constant-velocity")
     waves = [files.log("presliding-sine"), files.log("sliding-sine")]
-    found("plant", lambda: identify_plant(response), [response], files.plant, files.fig_plant)
-    found(
-        "static map",  # in the form of Table 1: one map
-        lambda: identify_static(strokes, plant=damping(), delta=1.0, direction="both", over_position="off"),
-        [machine, strokes, files.plant], files.static, files.fig_2, **published,
-    )  # fmt: skip
-    found(
-        "GMS", lambda: identify_gms(waves, static=files.static, plant=damping()),
-        [machine, *waves, files.static, files.plant], files.friction, files.fig_4_5, **published,
-    )  # fmt: skip
-    found("controller", lambda: _controller(files, machine, axis), [machine, files.plant], files.controller)
-    found(
-        "observer", lambda: design_observer(files.plant, response, controller=files.controller),
-        [files.plant, files.controller, response], files.observer, files.fig_7,
-    )  # fmt: skip
+    return [
+        *ran,
+        found("plant", lambda: identify_plant(response), [response], files.plant, files.fig_plant),
+        found(
+            "static map",  # in the form of Table 1: one map
+            lambda: identify_static(strokes, plant=damping(), delta=1.0, direction="both", over_position="off"),
+            [machine, strokes, files.plant], files.static, files.fig_2, **published,
+        ),
+        found(
+            "GMS", lambda: identify_gms(waves, static=files.static, plant=damping()),
+            [machine, *waves, files.static, files.plant], files.friction, files.fig_4_5, **published,
+        ),
+        found("controller", lambda: _controller(files, machine, axis), [machine, files.plant], files.controller),
+        found(
+            "observer", lambda: design_observer(files.plant, response, controller=files.controller),
+            [files.plant, files.controller, response], files.observer, files.fig_7,
+        ),
+    ]  # fmt: skip
 
 
 def _experiment(machine: Path, axis: str, kind: str, files: AxisFiles, seed: int) -> None:
@@ -401,32 +390,15 @@ def reproduce_paper(
         shown = {feed: (found, circles[feed][1]) for feed, found in runs.items()}
         write_page(page, machine, files, shown, [run_file for run_file, _ in circles.values()])
 
-    def learning() -> Iterator[tuple[str, bool | None]]:
-        context = started()
-        queue: Steps = context.Queue()
-        with ProcessPoolExecutor(len(names), context, initializer=_telling, initargs=(queue,)) as pool:
-            learn = partial(learn_axis, seed=seed, published_plant=bool(subject.published))
-            axes = [pool.submit(learn, machine, name, folder / name) for name in names]
-            left = 2 * STEPS * len(names)  # Each begins and ends
-            while left:
-                with suppress(Empty):
-                    yield queue.get(timeout=0.2)
-                    left -= 1
-                for axis in axes:
-                    if axis.done():
-                        axis.result()  # raises what it failed by
-
     def steps() -> Iterator[bool]:
-        for name, ran in learning():
-            if ran is None:
-                tried(name)
-            else:
-                yield ran
+        with ProcessPoolExecutor(max_workers=len(names), initializer=end_with_parent) as pool:
+            learn = partial(learn_axis, seed=seed, published_plant=bool(subject.published))
+            for learning in [pool.submit(learn, machine, name, folder / name) for name in names]:
+                yield from learning.result()
         make = partial(_identified_machine, machine, files, identified)
         yield shop.step("machine", make, reads=[machine, *learned], leaves=[identified])
         for feed, leaves in circles.items():
             make = partial(_circle, identified, feed, *leaves)
-            tried(f"circle at {1e3 * feed:g} mm/s")
             yield shop.step(f"circle at {1e3 * feed:g} mm/s", make, reads=[identified, *learned], leaves=leaves)
             runs[feed] = [run for run in read_runs(leaves[0]) if isinstance(run, CircleRun)]
         reads = [machine, *learned, *figures, *(path for leaves in circles.values() for path in leaves)]
