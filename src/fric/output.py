@@ -52,7 +52,7 @@ def refuse_existing(*paths: Path | None, force: bool = False) -> None:
         except OSError as error:  # the folder may not be looked into
             raise _refused(path, error) from None
         if mode is not None and not stat.S_ISREG(mode):
-            what = "a folder" if stat.S_ISDIR(mode) else "no regular file"
+            what = "a folder" if stat.S_ISDIR(mode) else "not a regular file"
             raise FricError(f"cannot be written: it is {what}", where=str(path), hint="Name a file.")
         if mode is not None and not force:
             raise FricError("the output exists", where=str(path), hint=REPLACE)

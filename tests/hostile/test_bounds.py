@@ -75,7 +75,7 @@ def test_a_list_in_place_of_a_text_is_damage(tmp_path: Path) -> None:
     """HDF5 ends the process where the type of such a list is damaged (`log-601-381.h5` of the corpus)."""
     t = np.arange(400) * 1e-3
     path = tmp_path / "log.h5"
-    for place, match in (("fric", "attribute 'fric' is no text"), ("list", "holds lists")):
+    for place, match in (("fric", "attribute 'fric' is neither a text"), ("list", "holds lists")):
         write_logs(path, [Log(time=t, position=t**2, name="a", source="a.csv", sha256="a" * 64)], force=True)
         with h5py.File(path, "a") as file:
             kind = h5py.vlen_dtype("f8")

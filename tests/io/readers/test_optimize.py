@@ -192,5 +192,5 @@ def test_what_cannot_be_read_ends_in_a_sentence(tmp_path, text, says):
 def test_another_xml_is_no_auto_tuning_result(tmp_path):
     path = tmp_path / "trace.xml"
     path.write_text("<measurement><sample t='0'/></measurement>")
-    with pytest.raises(FricError, match="no auto-tuning result"):
+    with pytest.raises(FricError, match="not an auto-tuning result"):
         identify_controller(path)
