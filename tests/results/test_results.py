@@ -313,7 +313,7 @@ def test_a_model_predicts_the_force_over_a_motion(static, gms):
     along = gms.predict(velocity, time=log.time)[0]
     assert np.sqrt(np.mean((along - force) ** 2)) < 1.0
     for wrong in ({}, {"position": log.position}, {"time": [0.0, 2.0, 1.0], "position": [0.0, 1.0, 2.0]}):
-        with pytest.raises(fric.FricError, match="no motion"):
+        with pytest.raises(fric.FricError, match=r"no motion|are unequal"):
             gms.predict(**wrong)
 
 
