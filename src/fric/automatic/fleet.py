@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from math import inf, isfinite
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ from fric.estimate import Estimate
 from fric.flaws.files import CIRCLE_FAILED, NO_LOG, UNIT_FAILED
 from fric.notice import Notice
 from fric.output import folder_made, staged, together
-from fric.report.collect import Change, Item, limits_of
+from fric.report.collect import Change, Item
 from fric.report.view import environment
 from fric.results.base import Piece, Result, Table
 from fric.results.circles import diagnose
@@ -214,7 +214,7 @@ def _changes(before: UnitAxis, after: UnitAxis) -> Iterator[tuple[Change, float]
                 yield change, min(_freedom(document, change.name) for document in (first, other))
     for name in sorted(before.glitches.keys() & after.glitches.keys()):
         early, late = before.glitches[name], after.glitches[name]
-        limits = limits_of(early.ci95), limits_of(late.ci95)
+        limits: Any = early.ci95, late.ci95
         yield Change(name, early.unit, float(early), float(late), *limits), FREEDOM["glitch"]
 
 
@@ -311,7 +311,7 @@ class FleetResult(Result):
 def _shown(found: Estimate | None) -> str:
     if found is None:
         return "–"
-    low, high = limits_of(found.ci95) or (-inf, inf)
+    low, high = found.limits
     half = f" ± {readable(0.5 * (high - low), found.unit, 2)}" if isfinite(high - low) else ""
     return readable(float(found), found.unit) + half
 

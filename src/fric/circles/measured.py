@@ -219,10 +219,7 @@ class MeasuredCircle:
 
     def following(self, *names: str) -> "MeasuredCircle":
         """Return the test with axes that follow their reference exactly."""
-        axes = {
-            name: replace(trace, position=trace.position if trace.reference is None else trace.reference)
-            for name, trace in self.axes.items() if name in names
-        }  # fmt: skip
+        axes = {name: replace(trace, position=trace.asked) for name, trace in self.axes.items() if name in names}
         return replace(self, axes={**self.axes, **axes})
 
     def logs(self) -> list[Log]:

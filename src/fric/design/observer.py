@@ -1,7 +1,7 @@
 """The disturbance observer: how far Q may reach by what the nominal plant leaves out, eqs. (7) and (8), and by Ms."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -62,9 +62,8 @@ class Perturbation:
 
     def sure(self) -> "Perturbation":
         """Return it by the lines alone that are known well, to `SURE` of G_n."""
-        kept = self.radius < SURE
-        parts = (self.frequency[kept], self.Delta[kept], self.radius[kept], self.ratio[kept])
-        return Perturbation(*parts, measured=self.measured)
+        kept, names = self.radius < SURE, ("frequency", "Delta", "radius", "ratio")
+        return replace(self, **{name: getattr(self, name)[kept] for name in names})
 
     def correction(self, frequency: Real) -> Complex:
         """Return ``ratio`` between its frequencies, linearly; 1 beyond them. Shape (n,)."""

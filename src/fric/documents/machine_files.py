@@ -409,20 +409,18 @@ def read_machine(
     document = read_machine_document(path, nominal_files)
     with found_in(str(path)):
         machine = document.machine()
+        axes = dict(machine.axes)
         if friction_model is not None:
-            frictions = {name: part.friction.friction(friction_model) for name, part in document.axes.items()}
-            axes = {name: replace(axis, friction=frictions[name]) for name, axis in machine.axes.items()}
-            machine = replace(machine, axes=axes)
+            for name, part in document.axes.items():
+                axes[name] = replace(axes[name], friction=part.friction.friction(friction_model))
     instead = known(gain=gain, lead=ahead)
-    axes = {
-        name: replace(axis, nominal_friction=replace(axis.nominal_friction, **instead))
-        for name, axis in machine.axes.items()
-    }
+    for name, axis in axes.items():
+        axes[name] = replace(axis, nominal_friction=replace(axis.nominal_friction, **instead))
     designed = [
         GAINS_DESIGNED.found(f"axis {name}") for name, part in document.axes.items()
         if isinstance(part.controller, ControllerDocument) and part.controller.margins
     ]  # fmt: skip
-    doubtful = settled(finding for axis in machine.axes.values() for finding in _of_axis(axis, str(path)))
+    doubtful = settled(finding for axis in axes.values() for finding in _of_axis(axis, str(path)))
     origin: dict[str, Any] = {"path": str(path), "nominal_files": list(nominal_files), "friction_model": friction_model}
     warnings = (*machine.warnings, *doubtful, *designed)
     return replace(machine, axes=axes, origin=origin | instead, warnings=warnings)

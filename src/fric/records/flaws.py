@@ -252,10 +252,8 @@ def two_encoders(log: Log) -> Notice | None:
     return channel.TWO_ENCODERS.found(log.where, lost=found and found.lost_motion, stiffness=found and found.stiffness)
 
 
-def by_encoder(log: Log, encoder: Encoder) -> Log:
-    """Return a record with the position of the motor's encoder, unchanged, or with that of the load's."""
-    if encoder == "motor":
-        return log
+def by_load(log: Log) -> Log:
+    """Return a record with the position of the load's encoder."""
     if log.load_position is None:
         raise FricError(
             "there is no load_position, the load's encoder", where=log.where,

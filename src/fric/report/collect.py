@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from math import hypot, inf, isclose, isfinite, isnan, nan
+from math import hypot, inf, isclose, isfinite, nan
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -503,16 +503,8 @@ def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
 def _changes(name: str, before: Estimate, after: Estimate) -> Iterator[Change]:
     earlier, later = (dict(elements({name: estimate})) for estimate in (before, after))
     for key, estimate in later.items() if earlier.keys() == later.keys() else ():
-        ends = limits_of(earlier[key].ci95), limits_of(estimate.ci95)
+        ends: Any = earlier[key].ci95, estimate.ci95
         yield Change(key, estimate.unit, float(earlier[key]), float(estimate), *ends)
-
-
-def limits_of(given: Any) -> tuple[float, float] | None:
-    """Return the limits of an interval; None and NaN are limits that the data do not determine."""
-    if given is None:
-        return None
-    low, high = given
-    return (-inf if low is None or isnan(low) else float(low)), (inf if high is None or isnan(high) else float(high))
 
 
 def description(changes: list[Change]) -> str:

@@ -387,10 +387,10 @@ def records_of(
         raise FricError("no record was given", hint="Give log files, or what fric.read returns.")
     if one_axis:
         refuse_several_axes(found)
-    if encoder != "motor":
-        from fric.records.flaws import by_encoder
+    if encoder == "load":
+        from fric.records.flaws import by_load
 
-        found = [by_encoder(record, encoder) if isinstance(record, Log) else record for record in found]
+        found = [by_load(record) if isinstance(record, Log) else record for record in found]
     return found if whole else [part for record in found for part in in_one_mode(record)]
 
 
