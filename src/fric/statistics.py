@@ -23,6 +23,12 @@ def robust_deviation(deviations: Real | Complex) -> float:
     return MAD_TO_SIGMA * float(np.median(np.abs(deviations)))
 
 
+def rms(values: Real) -> float:
+    """Return the root mean square of those of these values, shape (n,), that are known; NaN of none."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
+
+
 def supposed(score: float, information: float, exact: float = 0.0) -> tuple[float, float]:
     """Return two values of a parameter c that a fit holds at 0: with equal chances they have its second moment.
 

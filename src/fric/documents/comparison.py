@@ -10,6 +10,7 @@ from fric.arrays import Real
 from fric.documents.base import Document, Known, Part, PartOf, Quantity, Written, of, read_off
 from fric.estimate import Estimate
 from fric.identify.halves import Halved
+from fric.statistics import rms
 from fric.units import si_unit
 
 
@@ -52,19 +53,13 @@ class Lead(Written):
     error: Known = of(itemgetter(1))
 
 
-def _rms(values: Real) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else np.nan
-
-
 def _scored(found: Any, residual: tuple[Real, ...]) -> dict[str, Any]:
     """Return the residual of each scored record, by its name."""
-    both = zip(found.records, ((rest, np.isfinite(rest)) for rest in residual), found.near, strict=True)
     return {
-        record.log.name: {
-            "rms": _rms(rest[known]), "rms_near_reversals": _rms(rest[known & near]), "samples": int(known.sum()),
-        }
-        for record, (rest, known), near in both if known.any()
-    }  # fmt: skip
+        record.log.name: {"rms": rms(rest), "rms_near_reversals": rms(rest[near]), "samples": count}
+        for record, rest, near in zip(found.records, residual, found.near, strict=True)
+        if (count := int(np.isfinite(rest).sum()))
+    }
 
 
 def _models(found: Any) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from fric.notice import Notice
 from fric.process import one_blas_thread
 from fric.records.prepared import Prepared
 from fric.search import ranked
+from fric.statistics import rms
 
 Masks = tuple[Mask, ...]  # Samples of each record, each of shape (n,)
 
@@ -237,7 +238,7 @@ def _scored(
     residual, seen = _held_out(fit, records, splits)
     spent = min(repeat(lambda: [record.replay(fits[0].model) for record in records], repeat=3, number=1))
     steps = sum(len(record.force) for record in records)
-    return Score(name, len(fits[0].x), residual, *_sizes(residual, near), tuple(fits), _rms(seen), spent / steps * 1e9)
+    return Score(name, len(fits[0].x), residual, *_sizes(residual, near), tuple(fits), rms(seen), spent / steps * 1e9)
 
 
 def _baseline(
@@ -272,7 +273,7 @@ def _with_bits(score: Score, independent: float) -> Score:
     fit = score.fits[0]
     force = np.concatenate([record.force[record.used] - record.force[record.used].mean() for record in fit.records])
     penalty = 0.5 * score.parameters * np.log2(max(independent, 1.0))
-    return replace(score, bits=float(independent * np.log2(_rms(force) / max(fit.rmse, 1e-300)) - penalty))
+    return replace(score, bits=float(independent * np.log2(rms(force) / max(fit.rmse, 1e-300)) - penalty))
 
 
 def _where(near: Masks, residual: Sequence[Real]) -> list[Real]:
@@ -281,12 +282,7 @@ def _where(near: Masks, residual: Sequence[Real]) -> list[Real]:
 
 def _sizes(residual: Sequence[Real], near: Masks) -> tuple[float, float]:
     everything = np.concatenate(residual)
-    return _rms(everything), _rms(everything[np.concatenate(near)])
-
-
-def _rms(values: Real) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
+    return rms(everything), rms(everything[np.concatenate(near)])
 
 
 def _lead(records: Sequence[Prepared], best: Sequence[Real], other: Sequence[Real]) -> tuple[float, float]:
