@@ -691,6 +691,15 @@ def test_what_is_wrong_of_a_plant_is_said_in_whole_beside_its_values():
     assert fric.AutoResult._doubts(found) == ["wrong: plant of axis x: no axis", "doubts (`fric help CODE`): late"]
 
 
+@pytest.mark.parametrize("content", [b"", bytes(range(256)) * 8])
+def test_no_mapping_is_offered_for_what_no_reader_opens(content, tmp_path):
+    (tmp_path / "log.csv").write_bytes(content)
+    with pytest.raises(FricError, match="no log here can be used") as refused:
+        fric.auto(tmp_path / "log.csv", output=tmp_path / "found")
+    assert "--propose" not in refused.value.hint
+    assert refused.value.hint
+
+
 def test_results_never_lie_among_the_logs(tmp_path):
     for output in (DATA, DATA / "found"):
         with pytest.raises(FricError, match="among the logs") as refused:

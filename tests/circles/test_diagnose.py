@@ -203,6 +203,16 @@ def test_disagreement_is_told_with_its_cause(table):
     real = diagnose([measured_from_run(run_circle(table, scheme("a"), Circle()))])
     same = agreement(real, real, None, "a", 0.25e-6)
     assert same.all_agree
+    assert same.said == "agrees"
+
+    def within(share):
+        limits = {n: tuple(sorted(g.value * k for k in (1 - share, 1 + share))) for n, g in real.glitches.items()}
+        return agreement(real, real, limits, "a")
+
+    assert within(0.1).said == "agrees"
+    largest = max(abs(glitch.value) for glitch in real.glitches.values())
+    low, high = (float(part.split()[0]) for part in within(0.5).said.partition("interval, ")[2].split(" to "))
+    assert (low, high) == pytest.approx((0.5e6 * largest, 1.5e6 * largest), rel=0.05)
 
     def seen(**changes):
         axes = {name: changed(axis, **changes) for name, axis in table.axes.items()}
@@ -216,6 +226,7 @@ def test_disagreement_is_told_with_its_cause(table):
 
     lower = seen(level=0.7)
     assert not lower.all_agree
+    assert lower.said == "differs"
     assert set(lower.causes.values()) == {"level"}
     assert "model-disagrees" in {warning.code for warning in lower.warnings}
 

@@ -100,6 +100,16 @@ def test_a_disturbance_is_learned_in_one_round_where_the_plant_is_linear():
     assert np.abs(learned - np.interp(t + plant.T_d, t, -d))[inner].max() < 2e-3
 
 
+def test_a_belief_that_asks_for_more_voltage_than_there_is_is_refused(table):
+    """A plant believed a hundred thousand times heavier gave a table of 1.5 MV for a limit of 10 V."""
+    circle = measured_from_run(run_circle(table, PAPER_SCHEMES["a"], Circle()))
+    axes = {
+        name: replace(axis, nominal=replace(axis.plant, B=1e-5 * axis.plant.B)) for name, axis in table.axes.items()
+    }
+    with pytest.raises(FricError, match=r"would feed \d.* [kM]V forward, and its limit is 10 V"):
+        learn_from(circle, replace(table, axes=axes), Learning.at(circle.feed))
+
+
 def test_a_measured_circle_gives_the_feedforward_of_the_next(table, tmp_path):
     run = run_circle(table, PAPER_SCHEMES["a"], Circle())
     circle = measured_from_run(run)

@@ -197,6 +197,9 @@ def test_a_folder_hides_no_bundled_name(tmp_path, monkeypatch):
         (tmp_path / name).rmdir()
         (tmp_path / name).write_text("")
         assert bundled.located(Path(name), kind) == Path(name)
+    (tmp_path / "found").mkdir()
+    (tmp_path / "found/machine.yaml").write_text("")
+    assert bundled.located(Path("found"), "machine") == Path("found/machine.yaml")
 
 
 def test_the_bundled_documents_read():
@@ -364,6 +367,8 @@ def test_a_similar_name_is_of_a_document_of_the_type_that_is_wanted(tmp_path):
         (["ingest", "log.csv", "--kind", "constant-velocty", "-o", "log.h5"], "Is it constant-velocity?"),
         (["plan", "--stroke", "300", "-o", "plan"], "'300' has no unit"),
         (["plan", "--stroke", "300 mm", "-o", "plan"], "--feed is missing"),
+        (["--json", "auto"], "No such option: --json. Options of a command follow its name"),
+        (["foo"], "There are example, auto,"),  # in the order of the help
     ],
 )
 def test_an_error_says_what_lacks_or_is_meant(words, said, capfd, monkeypatch):

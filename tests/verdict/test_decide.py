@@ -13,9 +13,9 @@ from fric.control.q_filter import QFilter
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.contours import VerdictPart
 from fric.estimate import Estimate
-from fric.flaws.circle import GAINS_UNKNOWN
+from fric.flaws.circle import COMPLETED_DISAGREES, GAINS_UNKNOWN
 from fric.flaws.files import GAINS_DESIGNED
-from fric.flaws.prediction import NOT_AS_PREDICTED
+from fric.flaws.prediction import CANNOT_RUN, NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.simulate.contour_run import Circle, run_circle
 from fric.verdict import Candidate, Evidence, Verdict, candidates_of, decide, difference, evidence_of, forbidden
@@ -138,7 +138,11 @@ def test_no_scheme_is_recommended_against_a_measured_circle():
     assert not found.trusted
     assert "c.h5: +x shows 33" in found.why[0]
     assert found.next[-1] == "fric tune m.yaml c.h5 -o tuned"
-    assert found.choice is None
+    refitted = replace(given, disagreements=[COMPLETED_DISAGREES.found("c.h5", glitches="+x 235 µm, 266 µm")])
+    assert decide(refitted).choice is None
+    assert decide(refitted).headline != found.headline  # it is the fitted machine that differs, not the prediction
+    both = replace(given, disagreements=[*given.disagreements, *refitted.disagreements])
+    assert decide(both).headline == found.headline
 
 
 def test_a_machine_that_is_known_exactly_is_not_trusted_before_others_were_drawn():
@@ -167,6 +171,10 @@ def test_a_scheme_that_cannot_run_on_one_machine_in_ten_is_out():
     found = decide(evidence(leaves("a", 20, 20 * LEVEL), leaves("d", 1, holes), leaves("b", 8, 8 * LEVEL)))
     assert found.choice.scheme.name == "b"
     assert any("(d)" in text and "10%" in text for text in found.effort)
+    assert "intervals" in str(CANNOT_RUN.found(share=0.1, bare=True))  # the machine runs without compensation: they lie
+    assert "intervals" not in str(CANNOT_RUN.found(share=0.1, bare=False))
+    now = decide(evidence(leaves("a", 20, 20 * holes), leaves("b", 8, 8 * LEVEL))).now
+    assert now == decide(evidence(leaves("a", 20, 20 * LEVEL))).now
 
 
 @pytest.mark.long(3)

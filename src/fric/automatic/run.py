@@ -412,12 +412,14 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     lacks = "Log time, position or velocity, and force, torque or current of a moving axis in one file; where they are "
     lacks += "there, name them in a mapping"
     mapped = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
-    damaged = LEAVES_OUT in why or files[0].suffix == ".h5"
-    try:
-        _ = damaged or next(tables(files[0]), None)
-        hint = "" if damaged else f"{'Say it in a mapping' if NO_SCALE in why else lacks}: `{mapped}`."
-    except FricError as error:  # no mapping opens it
-        hint = error.hint
+    hint = f"{'Say it in a mapping' if NO_SCALE in why else lacks}: `{mapped}`."
+    if LEAVES_OUT in why or files[0].suffix == ".h5":
+        hint = ""
+    else:
+        try:
+            next(tables(files[0]), None)
+        except FricError as error:  # no mapping opens it
+            hint = error.hint
     moved, pushed = (found.refused.get(lacking, []) for lacking in (NO_FORCE, NO_POSITION))
     if moved and pushed:  # the channels of a record in files of their own
         pair = [pushed[0].name, *get_close_matches(pushed[0].name, [path.name for path in moved], n=1, cutoff=0.0)]

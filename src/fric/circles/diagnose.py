@@ -7,7 +7,7 @@ Where a machine file predicts the circle otherwise, the likely cause of the diff
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import degrees, inf, log, pi
+from math import copysign, degrees, inf, log, pi
 from typing import Any
 
 import numpy as np
@@ -644,9 +644,10 @@ class Agreement:
         """Whether it agrees, in words: with the interval of the largest glitch where that is wide."""
         if not self.all_agree or not self.intervals:
             return "agrees" if self.all_agree else "differs"
-        largest = max(self.agrees, key=lambda name: abs(self.predicted.glitches[name].value))
-        low, high = self.intervals[largest]
-        wide = high - low > WIDE * abs(self.predicted.glitches[largest].value)
+        name = max(self.agrees, key=lambda name: abs(self.predicted.glitches[name].value))
+        size, limits = self.predicted.glitches[name].value, self.intervals[name]
+        low, high = sorted(copysign(limit, limit * size) for limit in limits)  # of the size, as it is printed beside
+        wide = high - low > WIDE * abs(size)
         return "agrees" + wide * f" with a wide interval, {readable(low, 'm', 2)} to {readable(high, 'm', 2)}"
 
 

@@ -25,6 +25,7 @@ from fric.reference import Reference, refuse_long
 from fric.simulate.axis import run_axis
 from fric.simulate.contour_run import ACCURACY, MOST_KEPT, PLACES, Circle, CircleRun, figures, pair, require_voltage
 from fric.simulate.machine import Axis, Machine
+from fric.units import readable, si_unit
 
 FAST = 0.05  # Feed above which the whole correction is learned, up to 200 Hz; below it half of it, up to 100 Hz [m/s]
 
@@ -112,7 +113,8 @@ def learn_from(
         time[name], wanted[name] = t, r
         voltage[name] = next_feedforward(t, r - z, u, model, last, plant, how)
         if (most := float(np.abs(voltage[name]).max())) > axis.cascade.limit:
-            what = f"axis {name} would feed {most:.3g} V forward, and its limit is {axis.cascade.limit:g} V"
+            fed, limit = (readable(value, si_unit("input", axis.motion)) for value in (most, axis.cascade.limit))
+            what = f"axis {name} would feed {fed} forward, and its limit is {limit}"
             raise FricError(what, where=test.where, hint="Is the nominal plant that of this machine?")
     warnings = [flaws.LEARNED_FROM_ONE_CIRCLE.found()]
     if how.share < 1 and before is None:
