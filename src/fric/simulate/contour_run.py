@@ -342,14 +342,10 @@ class Cell:
 
 @dataclass(frozen=True)
 class CircleMap:
-    """Results of schemes on all circles.
+    """Results of schemes on all circles."""
 
-    grid: What was run.
-    cells: One a circle, in their order.
-    """
-
-    grid: CircleGrid
-    cells: Sequence[Cell]
+    grid: CircleGrid  # What was run
+    cells: Sequence[Cell]  # One a circle, in their order
 
     @property
     def glitches(self) -> Real:

@@ -132,15 +132,11 @@ class Axis:
 
 @dataclass(frozen=True)
 class Published:
-    """What others measured on this machine in a circular test.
+    """What others measured on this machine in a circular test."""
 
-    radius, feed: The circle [m], [m/s].
-    glitches: Glitch by scheme [m].
-    """
-
-    radius: float
-    feed: float
-    glitches: Mapping[str, float]
+    radius: float  # Radius of the circle [m]
+    feed: float  # Feed [m/s]
+    glitches: Mapping[str, float]  # Glitch by scheme [m]
 
 
 @typed

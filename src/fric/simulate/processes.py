@@ -292,17 +292,12 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Distribution:
-    """How the glitch of one scheme is distributed over the machines.
+    """How the glitch of one scheme is distributed over the machines."""
 
-    quantiles: Glitch [m] by the names of `QUANTILES`; nan where the scheme ran on no machine.
-    best: Share of the machines on which no other scheme leaves less [1]; equal schemes share a machine.
-    failed, saturated: Machines on which the scheme could not run, and on which the drive saturated.
-    """
-
-    quantiles: Mapping[str, float]
-    best: float
-    failed: int
-    saturated: int
+    quantiles: Mapping[str, float]  # Glitch [m] by the names of `QUANTILES`; nan where the scheme ran on no machine
+    best: float  # Share of the machines on which no other scheme leaves less [1]; equal schemes share a machine
+    failed: int  # Machines on which the scheme could not run
+    saturated: int  # Machines on which the drive saturated
 
 
 @dataclass(frozen=True)

@@ -29,20 +29,13 @@ MOST_SLOWER = 1e9  # Largest ratio of the sampling rates of two channels
 
 @dataclass(frozen=True)
 class SharedClock:
-    """Channels that share a clock.
+    """Channels that share a clock."""
 
-    table: Where they are read from.
-    time: Index of the column that is their time.
-    columns: Indices of the channels; all other columns where not given.
-    factor: What one unit of that time is [s].
-    label: Goes before the name of a channel that another part has too.
-    """
-
-    table: ForeignTable
-    time: int
-    columns: tuple[int, ...] | None = None
-    factor: float = 1.0
-    label: str = ""
+    table: ForeignTable  # Where they are read from
+    time: int  # Index of the column that is their time
+    columns: tuple[int, ...] | None = None  # Indices of the channels; all other columns where not given
+    factor: float = 1.0  # What one unit of that time is [s]
+    label: str = ""  # Goes before the name of a channel that another part has too
 
     def channels(self) -> tuple[int, ...]:
         """Return the indices of the channels."""
