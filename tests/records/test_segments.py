@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from fric.errors import FricError
 from fric.log import Log
 from fric.records.motion import find_reversals
+from fric.records.recognition import kind_of
 from fric.records.segments import Segment, _leads_into, finer, path_of, steady_segments
 from tests.records.kinematics import encoder, strokes
 
@@ -240,3 +241,41 @@ def test_a_velocity_shows_a_motion_whose_position_has_three_digits():
     assert finer(replace(log, position=z)).position is not None
     assert finer(replace(log, velocity=0.5 * v)).position is not None  # it is not of this motion
     assert finer(replace(log, time=0.01 * t, velocity=100.0 * v)).position is not None  # and here perhaps late
+
+
+def two_sided(n_strokes: int, *, hurried: int = -1, creep: float = 0.0) -> Log:
+    """Strokes of 20 mm/s to and fro, one of which ``hurried`` along; after each the axis creeps to its place [m/s]."""
+    dt, pieces = 1e-3, []
+    for n in range(n_strokes):
+        speed = np.concatenate([np.linspace(0, 1, 60), np.ones(900), np.linspace(1, 0, 60)])
+        if n == hurried:
+            speed *= 1.0 + 0.5 * np.sin(np.arange(len(speed)) / 60.0)
+        pieces += [(-1.0) ** n * 20e-3 * speed, np.full(500, (-1.0) ** n * creep)]
+    v = np.concatenate(pieces)
+    z = np.cumsum(v) * dt
+    rng = np.random.default_rng(5)
+    force = 30.0 * np.tanh(v / 1e-4) + rng.normal(0.0, 0.5, len(v))
+    return Log(np.arange(len(v)) * dt, position=np.round(z / 1e-8) * 1e-8, force=force)
+
+
+def test_how_a_loop_closes_its_error_after_a_stroke_is_no_stroke() -> None:
+    """At 1 µm/s after strokes of 20 mm/s such moments were strokes, and made the record a motion."""
+    log = two_sided(8, creep=-2e-6)
+    assert [round(segment.velocity, 3) for segment in steady_segments(log)] == [0.02, -0.02] * 4
+    assert kind_of(log) == "constant-velocity"
+
+
+def test_a_stroke_back_that_is_not_steady_lies_between_two_ahead() -> None:
+    log = two_sided(8, hurried=3, creep=-2e-6)
+    assert len(steady_segments(log)) == 7
+    assert kind_of(log) == "constant-velocity"
+
+
+def test_a_slow_stroke_between_fast_ones_without_a_pause_is_kept() -> None:
+    dt, pieces = 1e-3, []
+    for n, speed in enumerate([50e-3, 0.1e-3, 50e-3, 0.1e-3, 50e-3]):
+        ramp = np.concatenate([np.linspace(0, 1, 60), np.ones(900 if speed > 1e-3 else 4000), np.linspace(1, 0, 60)])
+        pieces.append((-1.0) ** n * speed * ramp)
+    v = np.concatenate(pieces)
+    log = Log(np.arange(len(v)) * dt, position=np.cumsum(v) * dt, force=30.0 * np.tanh(v / 1e-5))
+    assert [round(1e3 * segment.velocity, 2) for segment in steady_segments(log)] == [50.0, -0.1, 50.0, -0.1, 50.0]

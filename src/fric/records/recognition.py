@@ -202,8 +202,11 @@ def recognised_kind(
     if rise is not None and rise > least and reversals >= LEAST_REVERSALS and not is_rigid(log):
         return "presliding-sine"
     moving = max(len(log) - sum(stop - start for start, stop in rests), 1)
+    z = travelled(log)
     strokes = all(
-        a.velocity * b.velocity < 0.0 or any(a.stop <= start and stop <= b.start for start, stop in rests)
+        a.velocity * b.velocity < 0.0
+        or a.velocity * (z[b.start] - z[a.stop - 1]) < 0.0  # a stroke back, which is not steady, lies between
+        or any(a.stop <= start and stop <= b.start for start, stop in rests)
         for a, b in pairwise(segments)
     )
     return "constant-velocity" if steady >= (STROKE_SHARE if strokes else STEADY_SHARE) * moving else "motion"

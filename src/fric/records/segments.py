@@ -191,7 +191,7 @@ def _kept(outward: Real, allowed: float, blind: int, most: int, edge: int) -> in
 
 
 MOMENT = 0.1  # Share of the neighbouring segment, in time and travel, below which a segment is no stroke
-CREEP = 0.001  # Share of its travel below which a far shorter segment is how the axis comes to rest, even after a pause
+CREEP = 0.001  # Share of its travel below which a far shorter segment, or the next, is how the axis comes to rest
 TREND = 0.01  # Largest relative change of velocity over a segment that is no acceleration
 SETTLING = 0.5  # Largest share of the samples to drop until the force has settled
 BATCHES = 64  # Number of batches for the search of settling
@@ -331,7 +331,8 @@ def _lasts(found: list[Segment], moves: Real, samples: int) -> list[bool]:
         ends, begins = np.append(stops, last[slow]), np.append(starts, first[slow])
         before = ends[ends <= starts[i]].max(initial=0.0)
         after = begins[begins >= stops[i]].min(initial=samples)
-        ramp = (n[i] < MOMENT * n) & ((np.abs(share) < CREEP) | along)
+        after_it = (np.arange(len(v)) == i - 1) & (pauses == pauses[i])  # the loop closes its error there: creep
+        ramp = (np.abs(share) < CREEP) & ((n[i] < MOMENT * n) | after_it) | (n[i] < MOMENT * n) & along
         return bool(not ramp.any() and n[i] >= 0.5 * max(starts[i] - before, after - stops[i]))
 
     return [*map(lasts, range(len(found)))]
