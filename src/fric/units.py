@@ -187,7 +187,7 @@ def is_unit(text: str) -> bool:
 
 
 MOST_LETTERS = 60  # Largest length of a unit
-_STEP = re.compile(r"(0?\.0{0,8}1|10{0,8}) ([^\s\d].*)")  # What a step of a drive is, as ``0.1 rpm``
+_STEP = re.compile(r"(0?\.0{0,8}1|10{0,8})(?: |(?=[A-DF-Za-df-zµ]))([^\s\d].*)")  # A drive's, as ``0.1 rpm``, ``100ns``
 _POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")  # A small exponent that has no exponent itself
 _SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")  # Signs of a unit; Pint passes over others, and takes $mm for mm
 _SPELLED = {

@@ -13,7 +13,7 @@ from fric.automatic.steps import Session, axis_steps, identify_axes, take_effort
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
-from fric.documents.yaml import read_document
+from fric.documents.yaml import dump, read_document
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.identify.plant.identify import identify_motion
@@ -21,7 +21,7 @@ from fric.io.circle import read_circles, write_circles
 from fric.io.hdf5 import read_logs, write_logs
 from fric.log import Log
 from fric.results.given_models import friction_of
-from fric.units import MOTIONS, SI_UNITS, Motion, factor, is_effort, of_effort, of_force, si_unit
+from fric.units import MOTIONS, SI_UNITS, Motion, factor, is_effort, of_effort, of_force, parse, si_unit
 
 DATA = Path(__file__).parents[2] / "data"
 M, F_v, F_c = 2.5, 9.0, 1.8  # [A·s²/m], [A·s/m], [A]
@@ -286,3 +286,29 @@ def test_a_force_alone_is_the_input_of_a_response(tmp_path: Path) -> None:
     assert [step.command for step in steps] == ["identify plant", "design controller"]
     beside = replace(source, driven=False, motion="linear/A")  # another log has the voltage: it takes its response
     assert not axis_steps([beside], tmp_path / "out").steps
+
+
+def test_controllers_of_a_machine_have_one_sampling(tmp_path):
+    """A controller found at 1 kHz and one designed at 4 kHz made no machine, and `auto` ended without its table."""
+    sources = []
+    for axis in "xy":
+        write_logs(tmp_path / f"{axis}.h5", [replace(motion("linear/A/A"), axis=axis)])
+        uses = frozenset({"plant"})
+        sources.append(
+            Source(tmp_path / f"{axis}.h5", axis, "linear/A/A", frozenset({"frequency-response"}), uses, driven=True)
+        )
+    known, taken = tmp_path / "known.yaml", []
+    text = "K_v=40 1/s, K_p=30 A*s/m, K_i=1000 A/m"
+    known.write_text(dump(gains_of(text, "y", "linear/A/A") | {"sampling": {"value": 1000.0, "unit": "Hz"}}))
+    plant = fric.identify_plant(motion("linear/A/A"), method="motion")  # whose delay is assumed: 443 µs
+
+    def made(step):
+        taken.append(step)
+        plant.save(step.output, force=True) if step.command == "identify plant" else step.output.touch()
+
+    session = Session(tmp_path / "out", made, lambda _: None)
+    identify_axes(session, Sources(logs=sources), lambda logs: known if logs[0].axis == "y" else None)
+    (designed,) = [step for step in taken if step.command == "design controller"]
+    assert designed.name == "x: controller"
+    assert parse(designed.options["sampling"], "frequency") == 1000.0
+    assert fric.design_controller(plant, sampling="1 kHz").design.cascade.sampling == 1000.0

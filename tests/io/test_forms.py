@@ -20,7 +20,7 @@ from fric.io.readers import tables
 from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
 from fric.io.words import spoken, usual_units
-from fric.units import parse
+from fric.units import converts, factor, parse
 from tests.io.judge import open_roles
 from tests.io.test_roles import axis_of_a_drive, told, write
 
@@ -1074,3 +1074,97 @@ def test_units_above_the_header_are_those_of_the_columns_that_may_have_them(tmp_
     time, position, current = next(tables(tmp_path / "log.csv")).columns
     assert parse(f"1 {position.unit}", "position", "rotary") == parse(f"1 {current.unit}", "force", "rotary/A") == 1.0
     assert time.unit is None
+
+
+def test_a_unit_with_its_number_is_one() -> None:
+    for unit, size in {"100ns": 1e-7, "0.1us": 1e-7, "10ms": 1e-2}.items():
+        assert factor(unit, "time") == pytest.approx(size, rel=1e-12)
+    assert not converts("1e-7 s", "time")
+
+
+def two_axes(stamps: np.ndarray) -> tuple[str, list[np.ndarray]]:
+    """The columns of a trace whose names have the axis between other words, with both encoders and velocities."""
+    head, columns = ["Ticks [100ns]"], [stamps]
+    for k, letter in enumerate("XY"):
+        a = axis_of_a_drive(n=len(stamps), seed=k)
+        head += [f"Axes.{letter}.Plc.ActPos [mm]", f"Axes.{letter}.Plc.ActVelo [mm/min]", f"Axes.{letter}.Drive.I [A]"]
+        columns += [a["position"] * (k + 1.0), a["velocity"] * 60.0 * (k + 1.0), a["current"]]
+    return ";".join(head), columns
+
+
+@pytest.mark.parametrize("since", [638412345670000000, 133500000000000000, 0])
+def test_ticks_of_18_digits_are_even_and_an_axis_stands_within_names(tmp_path: Path, since: int) -> None:
+    """A number holds 16 digits: the stamps jittered by 1 %, and of .NET they had no unit."""
+    n = 3000
+    head, columns = two_axes(np.zeros(n))
+    rows = np.column_stack(columns[1:])
+    lines = [f"{since + 10000 * k};" + ";".join(f"{value:.6f}" for value in row) for k, row in enumerate(rows)]
+    path = tmp_path / "trace.csv"
+    path.write_text("\n".join([head, *lines]) + "\n")
+    with ExitStack() as opened:
+        found = guessed([path], opened)
+        assert [guess.axis.name for guess in found.found] == ["x", "y"]
+        assert found.sure, [guess.open for guess in found.found]
+        text = found.text()
+    (tmp_path / "map.yaml").write_text(text)
+    fric.ingest(path, output=tmp_path / "log.h5", mapping=tmp_path / "map.yaml", axis="x")
+    (log,) = read_logs(tmp_path / "log.h5")
+    np.testing.assert_allclose(np.diff(log.time), 1e-3, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("head", "size", "unit"),
+    [("position [m]", 1.0, "mm"), ("position [um]", 1.0, "mm"), ("position [mm]", 1e-3, "m")],
+)
+def test_units_of_position_and_velocity_that_contradict_are_asked(
+    tmp_path: Path, head: str, size: float, unit: str
+) -> None:
+    """A position in mm below ``[m]`` was one in m: its velocity was left out as that of the other side of a gear."""
+    a = axis_of_a_drive()
+    columns = a["t"], a["position"] * size, a["velocity"], a["current"]
+    path = write(tmp_path / "log.csv", f"time [s];{head};velocity [mm/s];current [A]", *columns)
+    with ExitStack() as opened:
+        found = guessed([path], opened)
+        (guess,) = found.found
+        assert guess.axis.readings[0].position == unit  # by how usual its travel is
+        assert len({*map(str, guess.open.values())}) == 1  # which settles both
+        assert not found.sure
+
+
+def test_a_speed_in_another_unit_of_turns_is_asked_and_that_of_a_gear_is_not(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    for factor_of, asked in ((1.0, True), (30.0 / np.pi * 20.0, False)):  # rad/s below rpm; a gear of 20
+        columns = a["t"], np.rad2deg(a["position"]), a["velocity"] * factor_of, a["current"]
+        (axis,) = told(write(tmp_path / "log.csv", "time [s];angle [deg];speed [rpm];current [A]", *columns))
+        assert (axis.roles.get("velocity") is not None) == asked
+        assert (axis.roles["position"].unit_likelihood < SURE) == asked or not asked
+
+
+def test_a_current_that_no_drive_has_is_asked() -> None:
+    column, values = spoken(Column("current", "A")), np.linspace(-2000.0, 2000.0, 500)
+    unit, sure, others = usual_units("force", column, "linear", values)
+    assert (unit, sure < SURE, others) == ("mA", True, ("A",))
+    assert usual_units("force", column, "linear", 0.1 * values)[:2] == ("A", 1.0)
+
+
+@pytest.mark.parametrize("form", ["struct array", "common time"])
+def test_axes_in_structs_have_their_labels_units_and_common_time(tmp_path: Path, form: str) -> None:
+    a, b = axis_of_a_drive(seed=1), axis_of_a_drive(seed=2)
+    path = tmp_path / "session.mat"
+    if form == "struct array":
+        axes = np.zeros((2,), dtype=[("label", object), ("encoder", object), ("drive", object)])
+        for k, of in enumerate((a, b)):
+            at, by = ({name: of[name], "unit": unit} for name, unit in (("position", "mm"), ("current", "A")))
+            axes[k] = f"stage {'XY'[k]}", at, by
+        savemat(path, {"session": {"info": {"sample_rate": 1000.0}, "axes": axes}})
+    else:
+        x, y = ({"pos_mm": of["position"], "current_A": of["current"]} for of in (a, b))
+        savemat(path, {"log": {"time": a["t"][:, None], "X": x, "Y": y}})
+    found = [*tables(path)]
+    assert [table.said["axis"] for table in found] == ["x", "y"]
+    for table in found:
+        (axis,) = axes_of([table])
+        assert axis.motion == "linear/A"
+        assert axis.roles["position"].unit == "mm"
+        assert axis.roles["position"].unit_likelihood >= SURE
+        assert axis.roles["time"].unit_likelihood >= SURE

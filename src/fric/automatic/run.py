@@ -392,6 +392,8 @@ def auto(
         asked = {"circle": found.circles, "tolerance": None if allowed is None else f"{allowed!r} m", "failed": failed}
         session.take(step("report", "report", read, asked, [*read, *found.circles], output=folder / "report.html"))
         made = session.last if isinstance(session.last, Report) else None
+        if "report" in session.failed:  # by a circle, or the machine: what was identified stands without them
+            pages, found.circles = [path for axis in axes.values() for path in axis.there], []
         page = made or make_report(*pages, circles=found.circles, tolerance=allowed)
     session.close()
     described = list(once(found.description))

@@ -12,6 +12,7 @@ from typing import Any, Literal, NamedTuple
 from fric.automatic.sources import MOTION, Source, Sources
 from fric.columns import FORCE_VELOCITY, PRESLIDING
 from fric.documents.base import commanded
+from fric.documents.controller import ControllerDocument
 from fric.documents.machine_files import read_identified
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import dump, plain, read_document, read_tree, write_document
@@ -293,11 +294,14 @@ def identify_axes(
         else:
             found.description.append(STEP_FAILED.found(step.name, why=session.failed.get(step.name, "failed")))
     axes: dict[str, AxisOutcome] = {}
-    for name in sorted({log.axis for log in logs}):
-        of_axis = [log for log in logs if log.axis == name]
-        folder = session.folder / name
-        controller = gains(of_axis) if gains else None
-        given = partial(axis_steps, of_axis, folder, lean=lean, controller=controller, encoder=encoder)
+    by_axis = {name: [log for log in logs if log.axis == name] for name in sorted({log.axis for log in logs})}
+    found_gains = {name: gains(of_axis) if gains else None for name, of_axis in by_axis.items()}
+    documents = (read_document(file, ControllerDocument) for file in found_gains.values() if file)
+    rates = {document.in_si(document.motion).sampling for document in documents}
+    rate = rates.pop() if len(rates) == 1 else None  # of one machine: a designed one takes it
+    for name, controller in found_gains.items():
+        of_axis, folder = by_axis[name], session.folder / name
+        given = partial(axis_steps, of_axis, folder, lean=lean, controller=controller, encoder=encoder, rate=rate)
         plans = {plan.shaken: plan for plan in map(given, ("any", "others", "strokes")) if plan.shaken}
         tries = list(plans.values())
         took = (plan for plan in tries if session.take(plan.steps[0], tried=plan is not tries[-1]))
@@ -404,13 +408,14 @@ def axis_steps(
     lean: bool = False,
     controller: Path | None = None,
     encoder: EncoderName = "motor",
+    rate: float | None = None,
 ) -> AxisSteps:
     """Return the steps of one axis: plant, static map, GMS, controller, observer.
 
     shaken: Records that give the plant: responses or a motion, motions of other kinds (a sine in sliding, a circle),
         strokes alone, or none.
     lean: Only identify: no figures, controller or observer; the static map has one form, so that dates compare.
-    controller: The file of the controller's gains; designed where there is none.
+    controller: The file of the controller's gains; designed where there is none, for the ``rate`` of others [Hz].
     """
     axis = logs[0].axis
     which = {"encoder": encoder} if encoder != "motor" and any(log.loaded for log in logs) else {}
@@ -475,7 +480,8 @@ def axis_steps(
         return AxisSteps(steps, missing)
     if controller is None and (responses or (effort and shaking)):
         controller = folder / "controller.yaml"
-        steps.append(step(f"{axis}: controller", "design controller", [plant], {}, output=controller))
+        asked = {"sampling": rate and f"{rate!r} Hz"}
+        steps.append(step(f"{axis}: controller", "design controller", [plant], asked, output=controller))
     if responses and controller and not effort:  # a force that acts when it is logged does not show the delay
         read = [plant, *responses[:1]]
         steps.append(

@@ -122,6 +122,12 @@ class Guess:
         return not counts and all(role.unit and _fits(role, motion) for role in wanted)
 
     @property
+    def contradicts(self) -> bool:
+        """Whether values contradict a unit that a header states."""
+        open_of = (r for of, r in self.axis.roles.items() if of in NEEDED[1:] and r.unit_likelihood < SURE)
+        return any(self.table.columns[r.column or 0].unit and _fits(r, self.axis.motion) for r in open_of)
+
+    @property
     def sure(self) -> bool:
         """Whether nothing is open, and no column that is named a force is left out."""
         rest = [column for n, column in enumerate(self.table.columns) if n not in self.axis.columns]
@@ -431,7 +437,8 @@ def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume:
     else:
         likely = ", ".join(text for text in (role.unit, *role.units) if text)
         unit = 'unit: "?"'
-        why += f"; the file gives no unit: {likely or 'as ' + si}"
+        given = f"says {column.unit}, which the values contradict" if column.unit else "gives no unit"
+        why += f"; the file {given}: {likely or 'as ' + si}"
     why += f" ({role.likelihood:.0%})" if role.likelihood < SURE else ""
     why += "".join(f"; or {_other(table, role, k)}" for k in role.others)
     sign = ""
@@ -531,7 +538,7 @@ def guessed(
             asking.append(path)
             free |= {path} if said else set()
     found = guesses(asking, files, refused=refused) if asking else []
-    return Guessed(tuple(guess for guess in found if assume or guess.sure or not free.issuperset(guess.files)))
+    return Guessed(tuple(g for g in found if assume or g.sure or g.contradicts or not free.issuperset(g.files)))
 
 
 def says_all(path: Path, kind: Kind | None = None, motion: Motion | None = None) -> str | None:

@@ -23,6 +23,7 @@ from fric.io.words import (
     USUAL,
     Reading,
     Spoken,
+    contradicting,
     customary_unit,
     in_counts,
     is_electrical,
@@ -66,7 +67,7 @@ UNFIT = 0.5  # Likelihood at most of units that do not explain the factor betwee
 WORSE = 20.0
 """How much more of the variance a column without a name leaves than the velocity does, before it may be a force."""
 DRIVING = 0.2  # Score of a voltage that drives an axis, at least
-FILETIME = "100 ns"  # What the stamps of Windows count, since 1601
+FILETIME, DATED = "100 ns", ((1.26e10, 1.42e10), (6.3e10, 6.47e10))  # Stamps of Windows and of .NET, 2000 to 2050 [s]
 LASTS = 16  # Rows whose mean velocity shows a motion
 ALIKE = 0.7  # Correlation, and relative score, above which two columns may be the same force, asked and measured
 CLEARLY = 0.8  # What the actual position leaves of a force, relative to what the commanded one leaves, at most
@@ -333,17 +334,19 @@ def _clock(data: Samples) -> Role:
     if (data.said[n].quantity == "row" or (unnamed[n] and not all(unnamed))) and _counts_rows(data.x[:, n]):
         return Role("time", None, "", 1.0, 0.0, f"'{data.columns[n].name}' counts rows")
     says, stamps = data.said[n], data.x[: first or None, n]
+    dated = any(low < stamps[0] * 1e-7 < high for low, high in DATED) and np.ptp(stamps) < 1e13
     jumps = np.flatnonzero(np.diff(stamps))  # between the first and the last, periods are whole
-    if (np.diff(stamps) == 0.0).mean() > REPEATED and len(jumps) > 2 and _is_rounded(stamps):
+    coarse = np.spacing(stamps[-1]) > 1e-3 * np.median(np.diff(stamps))  # of 18 digits, a number holds 16
+    if ((np.diff(stamps) == 0.0).mean() > REPEATED or coarse) and len(jumps) > 2 and _is_rounded(stamps):
         period = float(np.ptp(stamps[jumps[[0, -1]]]) / np.ptp(jumps))
-        weights = {says.unit: 1.0} if says.unit else time_units(period, len(stamps))
+        weights = {said: 1.0} if (said := FILETIME if dated else says.unit) else time_units(period, len(stamps))
         if unit := _sure(weights):
-            return Role("time", None, f"{period:.6g} {unit}", 0.97, 0.97, "its stamps are rounded, and even")
+            every = f"{period:.6g} {unit}" if unit in TIME_UNITS else f"{period * si_factor(unit, 'time'):.6g} s"
+            return Role("time", None, every, 0.97, 0.97, "its stamps are rounded, and even")
     sure = 0.99 if says.quantity == "time" else 0.97 if best[0] > 1.05 or n in uneven else 0.9
     since_1970 = (u for u, size in TIME_UNITS.items() if 1e9 < stamps[0] * size < 2.5e9 and np.ptp(stamps) * size < 1e6)
-    since_1601 = FILETIME if 1.26e10 < stamps[0] * 1e-7 < 1.42e10 and np.ptp(stamps) < 1e13 else ""
     step = float(np.median(np.diff(stamps)))
-    stated = since_1601 or says.unit or next(since_1970, "")
+    stated = (FILETIME if dated else "") or says.unit or next(since_1970, "")
     unit = stated or _sure(time_units(step, len(stamps)))
     known = 1.0 if stated else 0.5 if data.columns[n].unit else 0.97  # where a header has one that is none, ask
     why = f"it rises {'with every row' if n in uneven else 'evenly'}"
@@ -392,7 +395,8 @@ def _is_rounded(stamps: Real) -> bool:
     """Return whether repeated stamps are those of an even clock, rounded to their digits."""
     steps = np.diff(stamps)
     even = np.linspace(stamps[0], stamps[-1], len(stamps))
-    return bool(np.abs(stamps - even).max() < 2.0 * steps[steps > 0].min())
+    least = steps[steps > 0].min() if np.any(steps == 0.0) else np.spacing(stamps[-1])
+    return bool(np.abs(stamps - even).max() < 2.0 * least)
 
 
 _RATE = re.compile(r"(?i)\b(fs|f_s|rate|frequency|freq|sampling|samplerate|abtastrate)\b")
@@ -484,7 +488,8 @@ class Pairs:
             fits = bool(clock.column is not None or unit) and bool(readings(first, second, unit, factor))
             fits |= second.quantity == "velocity" and bool(second.unit) and not first.unit  # which may be in counts
             if first.unit and second.unit and unit and not fits:
-                self.torn |= bool(self.share[p, v] > PAIR)
+                edge[p, v] = contradict = self.share[p, v] > PAIR and bool(contradicting(first, second, unit, factor))
+                self.torn |= bool(self.share[p, v] > PAIR) and not contradict
                 continue  # of the other side of a gear
             # nearly 1 in SI: an angle that was integrated roughly; a force has it by chance in one log of 200
             rough[p, v] = {first.quantity, second.quantity} == {None} and abs(np.log(factor * size)) < NEARLY
@@ -987,7 +992,9 @@ def _in_units(
         v, second = (v, second) if second.unit else (None, nothing)
         roles = {channel: role for channel, role in roles.items() if v or channel != "velocity"}
     found = weighed(factor)
-    total = sum(reading.weight for reading in found)
+    wrong = contradicting(first, second, clock.unit, factor, sizes) if factor and clock.unit and not found else []
+    total = sum(reading.weight for reading in (*found, *wrong, *wrong))  # of two that contradict, none is sure
+    found = found or wrong
     if factor and not total:  # counts, or a gear between them: the position alone is of one motion
         roles = {channel: role for channel, role in roles.items() if channel != "velocity"}
         turns = rotates(max(second.moves, key=lambda m: second.moves[m], default="linear")) or second.unit == "rpm"

@@ -159,11 +159,7 @@ def spoken(column: Column) -> Spoken:
     return Spoken(quantity, unit, commanded, measured, moves, _has(name, SHOWS["at_load"]), means)
 
 
-CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_(estimate|mapper)|\bodrive")), ("mm", 20.0, re.compile(r"^joint\.\d+\.")
-), ("rad", 20.0, re.compile(
-    r"joint_?states?\b|\beffort|(\b|_)((d?q|qd|q_?dot)_?[\[(]?(?::,)?\d|(theta|omega)(\b|_))"
-)), ("rpm", 20.0, re.compile(r"\bmotor[ _]speed|motordrehzahl")), ("deg", 1e3, re.compile(r"\ba[is]pos")))  # fmt: skip
-"""Units by names, with their weights: ODrive, LinuxCNC, joints of ROS, symbols of robots, motors, joints of KUKA."""
+CUSTOMS = tuple((unit, weight, re.compile(known)) for unit, weight, known in _LISTS["customs"]["units"])
 
 
 def customary_unit(columns: Sequence[Column]) -> tuple[str, float]:
@@ -222,7 +218,7 @@ def bare(column: Column) -> str:
 def tags(columns: Sequence[Column]) -> list[str | None]:
     """Return the axis in each name: a number or a word that several columns share, whose rest others have, too.
 
-    ``roll_angle, roll_rate, yaw_angle, yaw_rate`` are of two axes; ``x1, x2, force`` are of none.
+    ``roll_angle, roll_rate, yaw_angle, yaw_rate`` are of two axes, ``x1, x2, force`` of none; x, y, z may be within.
     """
     plain = (re.sub(r"\((?::,)?(\w+)\)$", r" \1", bare(column)) for column in columns)  # J1 is no joule
     names = [tuple(_words(name).split()) for name in plain]
@@ -230,7 +226,8 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
     first, last = [0] * len(names), [len(name) - 1 for name in names]
     letters = sum(name[-1:] in {("x",), ("y",), ("z",)} for name in names)
     numbers = [next((n for n in reversed(range(len(name))) if re.fullmatch(r"\d{1,2}", name[n])), -1) for name in names]
-    for places in (numbers, last, first) if letters > 1 else (numbers, first, last):
+    within = [next((n for n, word in enumerate(name) if word in {*"xyz"}), -1) for name in names]
+    for places in (numbers, last, first, within) if letters > 1 else (numbers, first, last, within):
         rests: dict[str, set[tuple[str, ...]]] = {}
         found = [""] * len(names)
         for k, (name, n) in enumerate(zip(names, places, strict=True)):
@@ -325,25 +322,15 @@ def fits(column: Column, unit: str) -> bool:
 
 # --- units that fit together ------------------------------------------------------------------------------------------
 
-USUAL: dict[Motion, tuple[dict[str, float], dict[str, float], float, float]] = {
-    "linear": (
-        {"mm": 0.5, "m": 0.3, "um": 0.15, "nm": 0.02, "in": 0.003},
-        {"mm/s": 0.4, "m/s": 0.3, "mm/min": 0.12, "m/min": 0.08, "um/s": 0.08, "in/s": 0.003},
-        0.1, 0.05,
-    ),
-    "rotary": (
-        {"rad": 0.4, "deg": 0.4, "rev": 0.15, "mrad": 0.03, "mdeg": 0.02},
-        {"rad/s": 0.4, "deg/s": 0.3, "rpm": 0.25, "rev/s": 0.05},
-        5.0, 5.0,
-    ),
-}  # fmt: skip
-"""Units of position and velocity with how usual they are; a usual travel and a usual speed, in SI."""
+USUAL: dict[Motion, tuple[dict[str, float], dict[str, float], float, float]]
+USUAL = {motion: tuple(_LISTS["usual"][motion].values()) for motion in PLAIN}
 TOLERANCE = 0.02  # Deviation of a factor from that of its units, from counts and noise
 GEARED = log(1.5) / TOLERANCE
 """The same, relative to it, beyond which position and velocity in known units are of two sides of a gear."""
 SIZE = log(12.0)  # Spread of usual travels and speeds
 SMALL_CURRENT, LARGE_CURRENT = 5.0, 400.0
 """Currents of drives: below the first value it is in A, above the second in mA; % of the rated current between them."""
+MOST_CURRENT = 1000.0  # What no drive of an axis gives: a header that says A is wrong [A]
 SUPPLIES = (5.0, 6.0, 12.0, 24.0, 36.0, 48.0)  # Voltages that an output clips at [V]
 CLIPPED = 0.003  # Share of samples at its largest size from which on an output clips there
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -424,6 +411,22 @@ def readings(
     return found
 
 
+def contradicting(
+    first: Spoken, second: Spoken, time: str, ratio: float, sizes: tuple[float | None, float | None] = (None, None)
+) -> list[Reading]:
+    """Return what position and velocity may be in where the unit of one of them is stated wrongly.
+
+    The other one is then in a usual unit, as mm for m. Of angles, a factor that is a whole number is that of a gear.
+    """
+    stated = product(_candidates(first.unit, "position"), _candidates(second.unit, "velocity"))
+    off = {p[0]: abs(ratio) * factor(time, "time") * v[2] / p[2] for p, v in stated if p[0] == v[0]}
+    gear = max(off.get("rotary", 0.5), 1.0 / off.get("rotary", 0.5))
+    if not off or ("rotary" in off and abs(gear - round(gear)) < TOLERANCE * gear):
+        return []
+    free = first._replace(unit=None), second._replace(unit=None)
+    return [*readings(free[0], second, time, ratio, sizes), *readings(first, free[1], time, ratio, sizes)]
+
+
 def _family(unit: str) -> str:
     return {"rpm": "rev"}.get(unit, unit.split("/")[0])
 
@@ -435,9 +438,11 @@ def _size(motion: Motion, si: float, logged: float | None, column: int) -> float
 
 def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[str, float, tuple[str, ...]]:
     """Return the unit of a force or an input, how sure it is, and what else it may be."""
+    size = float(np.quantile(np.abs(values), 0.98)) if len(values) else 0.0
+    if says.unit == "A" and size > MOST_CURRENT:
+        return "mA", 0.8, ("A",)
     if says.unit:
         return says.unit, 1.0, ()
-    size = float(np.quantile(np.abs(values), 0.98)) if len(values) else 0.0
     newtons = "N*m" if motion == "rotary" else "N"
     whole = bool(np.all(np.rint(values) == values))  # amperes have decimals, milliamperes and counts need none
     if says.means == "current":

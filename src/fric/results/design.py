@@ -26,6 +26,7 @@ from fric.documents.base import in_units
 from fric.documents.controller import BlockDocument, ControllerDocument, ControllerPart, ObserverDocument, ObserverPart
 from fric.documents.machine_files import nominal_models
 from fric.documents.plant import PlantDocument
+from fric.drive.plant import hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate, elements
 from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED
@@ -201,6 +202,8 @@ def design_controller(
     motion, linear = document.motion, document.linear(document.motion)
     asked = Requirement(in_si(phase_margin, "angle"), parse_gain(gain_margin))
     rate, low_pass = positive(sampling, "frequency"), positive(velocity_filter, "frequency")
+    if document.T_d.assumed:  # as that of a machine, it holds the half sample of the controller
+        linear = replace(linear, T_d=max(linear.T_d, hold_delay(rate)))
     largest = inf if limit is None else in_si(limit, "input")
     gains = {"rate": K_v, "velocity gain": K_p, "position gain": K_i}
     if any(gain is not None for gain in gains.values()):

@@ -22,7 +22,7 @@ from fric.errors import FricError
 from fric.io.readers.base import OF_SEVERAL, RECORD, Column, ForeignTable, Format, Memory, named, whole_stamps
 from fric.io.readers.text import OF_UNITS
 from fric.io.safe_hdf5 import open_file, text
-from fric.io.words import spoken
+from fric.io.words import axis_of, spoken
 from fric.process import run_python
 from fric.units import is_unit
 
@@ -49,7 +49,8 @@ MOST_UNPACKED, PACKED = 512 << 20, 15
 MOST_COLUMNS = 200  # Columns that a matrix has at most, where it is longer than wide
 SHORT = 30  # Samples that a record has at least, where lengths part records
 _AXIS = re.compile(
-    r"(?i)(.+\.)?(?P<name>((axis|axe|achse|asse|eje)_?)?(?P<letter>[xyzabcuvw])|(axis|axe|achse|asse|eje|joint)_?\d+)"
+    r"(?i)(.+\.)?(?P<name>((axis|axe|achse|asse|eje)_?)?(?P<letter>[xyzabcuvw])|(axis|axe|achse|asse|eje|joint)_?\d+|"
+    r"(axis|axes?|achsen?|ass[ei]|ejes?|joints?)\((?P<number>\d+)\))"
 )
 """The name of a struct of an axis."""
 _VALUES, _UNIT = ("values", "value", "data", "signal"), ("unit", "units")
@@ -207,7 +208,9 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
     columns = dict(zip(names, stamped, strict=True))
     records = _records(columns)
     found = {name: match for name in records if (match := _AXIS.fullmatch(name))}
-    axes = {name: (match["letter"] or match["name"]).lower() for name, match in found.items()}
+    axes = {name: (match["letter"] or match["number"] or match["name"]).lower() for name, match in found.items()}
+    said_of = {name: [said for at, said in constants.items() if at.startswith(f"{name}.")] for name in records}
+    axes |= {name: axis for name, texts in said_of.items() if name and (axis := axis_of(*texts))}
     axes = axes if 1 < len({*axes.values()}) == len(records) else {}
     for name, fields in records.items():
         titles = tuple(named(field) if field.endswith("]") else Column(field) for field in fields)
@@ -229,7 +232,8 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     alike = len({frozenset(fields) for fields in cells.values()}) == 1
     even = all(len(fields) > 1 and len({*map(len, fields.values())}) == 1 for fields in cells.values())
     if len(cells) > 1 and alike and even:
-        return cells  # structs of signals and matrices, one an experiment
+        rest = {k: v for k, v in columns.items() if not (_OF_CELL.fullmatch(k) or _OF_STRUCT.fullmatch(k))}
+        return {name: _beside(fields, rest) | fields for name, fields in cells.items()}  # each is an experiment
     groups: dict[str, dict[str, Any]] = {}
     matrices = set[str]()
     for name, values in columns.items():
@@ -250,14 +254,20 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         records = {}
         for name, group in groups.items():
             if name and group.keys() == common:
-                n = len(next(iter(group.values())))
-                records[name] = {k: v for k, v in groups.get("", {}).items() if len(v) == n} | group
+                above = [of.items() for at, of in groups.items() if name.startswith(f"{at}.") or not at]
+                records[name] = _beside(group, {k: v for of in above for k, v in of}) | group
         return dict(sorted(records.items(), key=lambda pair: -len(next(iter(pair[1].values())))))
     lengths: dict[int, dict[str, Any]] = {}
     for name, values in columns.items():
         lengths.setdefault(len(values), {})[name] = values
     whole = {n: names for n, names in lengths.items() if len(names) > 1 and n > SHORT}
     return {str(n): whole[n] for n in sorted(whole, reverse=True)} if len(whole) > 1 else {"": dict(columns)}
+
+
+def _beside(fields: Mapping[str, Any], others: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those of other columns, as a time, that have the length of a record."""
+    n = len(next(iter(fields.values())))
+    return {name.rpartition(".")[2]: values for name, values in others.items() if len(values) == n}
 
 
 def _titled(variables: Mapping[str, Any]) -> dict[str, Any]:
@@ -322,8 +332,11 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
                 columns[f"{name}.time" if known or "time" in columns else "time"] = time
             _take_apart(name.rpartition(".")[2] or name, content, columns, constants)
             return
-        for key, child in _titled(value).items():
-            _take_apart(f"{name}.{key}", child, columns, constants)
+        lines = [key for key, child in value.items() if isinstance(child, _DatasetLine) or np.ndim(child) == 1]
+        for key, child in _titled(value).items():  # a unit beside it is its own, or of the only signal
+            of = value.get(f"{key}_unit", value.get(f"{key}_units", unit if lines == [key] else ""))
+            stated = isinstance(of, str) and key in lines and is_unit(of)
+            _take_apart(f"{name}.{key} [{of}]" if stated else f"{name}.{key}", child, columns, constants)
     elif isinstance(value, str):
         constants[name] = value
     elif isinstance(value, _DatasetLine) or (isinstance(value, np.ndarray) and value.ndim == 1 and _is_real(value)):
