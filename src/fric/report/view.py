@@ -186,7 +186,7 @@ def overcompensation(test: ContourTest) -> list[str]:
     static = [contour for contour in reversed_signs if contour.scheme.friction == "static"]
     said = [
         f"{contour.named} overcompensates: its spike of {readable(contour.middle, 'm')} points the other way. The "
-        "friction that is fed forward is larger than the true one: lower its gain or identify again."
+        "friction is fed forward too early or is too large: `fric tune` finds the lead and gain that leave least."
         for contour in reversed_signs
         if contour not in static
     ]
