@@ -29,6 +29,18 @@ def rms(values: Real) -> float:
     return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
 
 
+def memory(series: Real | Complex) -> float:
+    """Return the number of neighbouring values of a series of mean 0, shape (n,), for an independent one.
+
+    It is the sum of their correlations, from the value itself to both sides, up to the first that is negative.
+    """
+    n = len(series)
+    likeness = np.fft.ifft(np.abs(np.fft.fft(series, 2 * n)) ** 2).real[:n]
+    likeness = likeness / max(float(likeness[0]), 1e-300)
+    ends = np.flatnonzero(likeness < 0)
+    return 1.0 + 2.0 * float(np.sum(likeness[1 : ends[0] if ends.size else n]))
+
+
 def supposed(score: float, information: float, exact: float = 0.0) -> tuple[float, float]:
     """Return two values of a parameter c that a fit holds at 0: with equal chances they have its second moment.
 

@@ -62,9 +62,9 @@ def test_long_rounds_are_not_all_kept_and_are_made_once_more(table, monkeypatch)
     monkeypatch.setattr(circles_learn, "MOST_KEPT", 0)
     again = learn(table, Circle(0.005, revolutions=1), 1)
     for one, other in zip(whole.rounds, again.rounds, strict=True):
-        assert one.run.places == other.run.places
-        for name, trace in one.run.traces.items():
-            assert np.array_equal(trace.input, other.run.traces[name].input)
+        assert one.places == other.places
+        for name, trace in one.traces.items():
+            assert np.array_equal(trace.input, other.traces[name].input)
     with pytest.raises(FricError, match="GB"):
         learn(table, Circle(0.03, 5e-4), 20)
 
@@ -80,11 +80,11 @@ def test_what_is_told_of_learning_does_not_hang_on_the_last_bit(table):
         return learn(replace(table, axes=axes), Circle(0.004, 0.01, revolutions=1), 2)
 
     first, *others = map(learned, range(3))
-    assert len(first.rounds[-1].run.places) == 5
+    assert len(first.rounds[-1].places) == 5
     for other in others:
         assert [one.code for one in other.warnings] == [one.code for one in first.warnings]
         for one, again in zip(first.rounds, other.rounds, strict=True):
-            chance, second = one.run.chance(), again.run.chance()
+            chance, second = one.chance(), again.chance()
             assert abs(chance.median - second.median) <= max(chance.half, second.half) + 1e-9
 
 
@@ -184,7 +184,7 @@ def test_where_learning_leaves_clearly_less_the_shape_of_the_model_is_wrong(tabl
     measured = []
     for one, on in ((found.rounds[0], "f"), (found.rounds[-1], "learned")):
         measured.append(tmp_path / f"{on}.h5")
-        write_circles(measured[-1], [replace(measured_from_run(one.run), scheme=on)])
+        write_circles(measured[-1], [replace(measured_from_run(one), scheme=on)])
     compared = fric.compare(logs, models="dahl", folds=2, circles=measured)
     assert "model-shape" in {one["code"] for one in compared.document["warnings_coded"]}
     told = {one.source: {warning.code for warning in one.result.warnings} for one in collect(measured).circles}

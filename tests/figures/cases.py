@@ -272,7 +272,7 @@ def learned() -> Case:
     found = learn(machine(), test, 2)
     figure = draw_learned(found)
     rounds, around = figure.axes
-    glitches = [np.median([np.abs(place.glitches).max() for place in one.run.places]) * 1e6 for one in found.rounds]
+    glitches = [np.median([np.abs(place.glitches).max() for place in one.places]) * 1e6 for one in found.rounds]
 
     def deviation(run: Any) -> Wanted:
         def right(x: Any, y: Any) -> bool:
@@ -283,7 +283,7 @@ def learned() -> Case:
 
         return right
 
-    runs = (found.rounds[0].run, found.rounds[-1].run)
+    runs = (found.rounds[0], found.rounds[-1])
     assert [line.get_ydata()[0] for line in rounds.lines[1:]] == [glitch * 1e6 for _, _, glitch in found.carried]
     return figure, [
         Panel(rounds, [curve([0, 1, 2], glitches)]),

@@ -29,7 +29,7 @@ from fric.records.resolution import lattice_step
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
 from fric.simulate.processes import Study
-from fric.statistics import pair_power
+from fric.statistics import pair_power, rms
 from fric.units import readable
 
 PERIODS = (2.5, 120.0)  # Least and largest number of periods on the diameter to search
@@ -507,7 +507,8 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     )
     geometry = fit.estimates(tests)
     _, outside, _ = _outside(tested, fit, behind)
-    known = [value for value in map(_scatter, tested) if value is not None]
+    apart = [rms(circle.averaged(min(720, max(len(circle.angle) // circle.count, 8)))[2]) for circle in tested]
+    known = [value for value in apart if np.isfinite(value)]  # a single revolution shows none
     periodic = tuple((line, fit.amplitude(n)) for n, line in enumerate(lines))
     noise = float(np.median([pulse.noise() for of in every for pulse in of.values()]))
     rest = float(np.sqrt(np.mean(outside**2))) if len(outside) else 0.0
@@ -595,12 +596,6 @@ def _outside(
         rests.append(mean[good])
         columns.append(columns_of(centre, n, fit.many, fit.lines)[good])
     return np.concatenate(angles), np.concatenate(rests), np.vstack(columns)
-
-
-def _scatter(tested: Revolutions) -> float | None:
-    _, _, scatter = tested.averaged(min(720, max(len(tested.angle) // tested.count, 8)))
-    known = scatter[np.isfinite(scatter)]
-    return float(np.sqrt(np.mean(known**2))) if len(known) else None
 
 
 def _resolution(test: MeasuredCircle) -> float:

@@ -19,7 +19,7 @@ from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, FEEDFORWA
 from fric.kernels.block import Commands, Sample
 from fric.log import Log
 from fric.notice import Notice
-from fric.statistics import hac_covariance, parameter_covariance, robust_deviation
+from fric.statistics import hac_covariance, memory, parameter_covariance, robust_deviation
 from fric.units import Motion, is_effort, si_unit
 
 FED = 0.7  # Largest share of the voltage's error that remains with feedforward, for a controller with feedforward
@@ -434,7 +434,7 @@ class _Fit:
         larger, both = max(found, other, key=lambda order: order[0]), found + other
         found, other = (larger if alike else found if apart <= second else other), both
         rest = self.rest(found)
-        covariance = parameter_covariance(np.asarray(best.jac)) * float(np.mean(rest**2)) * _alike(rest)
+        covariance = parameter_covariance(np.asarray(best.jac)) * float(np.mean(rest**2)) * memory(rest - rest.mean())
         return found, covariance, alike * np.abs(other - 2 * found)[: len(covariance)]
 
     def _linear(self, corner: float) -> Real:
@@ -491,7 +491,7 @@ def _fitted(r: Real, z: Real, u: Real, rate: float, lag: float | None = None) ->
     fit, found, covariance, apart = made[best]
     for other, left in more:
         least, other_mean = (max(float(np.mean(item**2)), 1e-300) for item in (rest, left))
-        if len(rest) * np.log(other_mean / least) < CHANCE * _alike(rest):
+        if len(rest) * np.log(other_mean / least) < CHANCE * memory(rest - rest.mean()):
             apart = np.hypot(apart, np.abs(made[other][1] - found)[: len(apart)])
     return fit, found, covariance, apart
 
@@ -507,13 +507,3 @@ def _behind_loop(found: Real, half: Real, motion: Motion) -> tuple[Real, Real]:
     off = OF_EFFORT * float(np.exp(found[0]) + np.exp(found[2] - found[1])) * is_effort(motion)
     middle[1], wider[1] = found[1] + off, np.hypot(half[1], off)
     return middle, wider
-
-
-def _alike(rest: Real) -> float:
-    """Return the number of neighbouring samples per independent sample."""
-    n = len(rest)
-    spectrum = np.abs(np.fft.rfft(rest - rest.mean(), 2 * n)) ** 2
-    likeness = np.fft.irfft(spectrum)[:n]
-    likeness = likeness / max(float(likeness[0]), 1e-300)
-    ends = np.flatnonzero(likeness < 0)
-    return 1.0 + 2.0 * float(np.sum(likeness[1 : ends[0] if ends.size else n]))

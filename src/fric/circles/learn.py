@@ -130,21 +130,13 @@ GAINS = 0.9  # Share of the first glitch above which learning has no effect
 
 
 @dataclass(frozen=True)
-class Round:
-    """One round: the voltage fed forward, and the remaining errors."""
-
-    run: CircleRun  # The circle
-    feedforward: Fed
-
-
-@dataclass(frozen=True)
 class Learned:
     """A contour that was learned in simulation."""
 
     machine: Machine
     how: Learning
     # Rounds at the place whose last glitch is the median, each with its errors at all places; first the models' own
-    rounds: tuple[Round, ...]
+    rounds: tuple[CircleRun, ...]
     # Other circles with the last feedforward, by angle: radius, feed [m], [m/s], and median glitch [m]
     carried: tuple[tuple[float, float, float], ...]
     warnings: tuple[Notice, ...]  # What the user should know
@@ -152,12 +144,12 @@ class Learned:
     @property
     def circle(self) -> Circle:
         """The circle that was learned."""
-        return self.rounds[0].run.circle
+        return self.rounds[0].circle
 
     @property
     def glitches(self) -> list[float]:
         """Glitch of each round, the median over places [m]."""
-        return [circle.run.chance().median for circle in self.rounds]
+        return [run.chance().median for run in self.rounds]
 
 
 def learn(
@@ -209,12 +201,11 @@ def learn(
         glitches = [_carried(here, past[-1], references, other, scheme) for here, past in each]
         carried.append((other.radius, other.feed, float(np.median(glitches))))
         done()
-    p, found = sorted(range(len(places)), key=lambda p: judged[p][-1].glitch)[len(places) // 2], list[Round]()
+    p, found = sorted(range(len(places)), key=lambda p: judged[p][-1].glitch)[len(places) // 2], list[CircleRun]()
     for n, errors in enumerate(zip(*judged, strict=True)):
         run = runs.get((p, n)) or _run(places[p], scheme, test, fed[p][n])
-        run = replace(run, scheme=_named(scheme, n, modelled), places=errors if len(places) > 1 else ())
-        found.append(Round(run, fed[p][n]))
-    chances = [circle.run.chance() for circle in found]
+        found.append(replace(run, scheme=_named(scheme, n, modelled), places=errors if len(places) > 1 else ()))
+    chances = [run.chance() for run in found]
     best, warnings = chances[-1].median, []
     if not max(glitch for *_, glitch in carried) <= 1.2 * best:
         others = ", ".join(
@@ -222,7 +213,7 @@ def learn(
             for radius, feed, glitch in carried
         )
         warnings.append(flaws.LEARNED_FOR_ONE_CIRCLE.found(best=Estimate(best, "m"), others=others))
-    warnings += wrong_shape((circle.run.scheme, chance.median) for circle, chance in zip(found, chances, strict=True))
+    warnings += wrong_shape((run.scheme, chance.median) for run, chance in zip(found, chances, strict=True))
     least = min(chances, key=lambda chance: chance.median)
     if best > 1.5 * least.median and all(rise > 0 for rise in (chances[-1] - least).values):
         warnings.append(flaws.LEARNING_DIVERGES.found(least=least.text(digits=2), last=chances[-1].text(digits=2)))

@@ -402,18 +402,16 @@ class Balance:
         return self.weights * np.concatenate([record.delayed(T_d) for record in self.records])
 
     @cached_property
-    def _last(self) -> dict[str, tuple[Any, Real]]:
-        """The last voltage, and the last friction, each with what it was made for."""
+    def _last(self) -> dict[tuple[float, ...], tuple[Real, Real]]:
+        """The parts at the last point."""
         return {}
 
     def _parts(self, x: Real) -> tuple[Real, Real]:
-        """Return the voltage, and that of friction, at a point; the last of each is kept."""
-        late, last = self.coordinates.delay(x), self._last
-        if "voltage" not in last or last["voltage"][0] != late:
-            last["voltage"] = late, self.voltage(late)
-        if "friction" not in last or last["friction"][0] != tuple(x):
-            last["friction"] = tuple(x), self.friction(x)
-        return last["voltage"][1], last["friction"][1]
+        """Return the voltage, and that of friction, at a point; those of the last point are kept."""
+        if (point := tuple(x)) not in self._last:
+            self._last.clear()
+            self._last[point] = self.voltage(self.coordinates.delay(x)), self.friction(x)
+        return self._last[point]
 
     def left(self, x: Real) -> Real:
         """Return the voltage less that of friction, weighed."""

@@ -165,10 +165,10 @@ class LearnedCircle(Document):
 class RoundPart(Written):
     """One round."""
 
-    glitch: float = of(lambda item: item.run.chance().median, "median over places between two counts [m]")
-    ci95: list[float] = of(lambda item: [item.run.chance().low, item.run.chance().high], "range of 95 % of runs [m]")
+    glitch: float = of(lambda run: run.chance().median, "median over places between two counts [m]")
+    ci95: list[float] = of(lambda run: [run.chance().low, run.chance().high], "range of 95 % of runs [m]")
     quadrants: list[float] = of(
-        lambda item: [glitch.median for glitch in item.run.glitches],
+        lambda run: [glitch.median for glitch in run.glitches],
         "at +x, +y, -x, -y, outwards positive, medians [m]",
     )
 

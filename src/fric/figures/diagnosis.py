@@ -165,7 +165,7 @@ def _voltage_after(axis: TunedAxis, n: int) -> float:
 @view("rounds", of="Learned", usual=True)
 def draw_learned(found: Learned) -> Figure:
     """Return the glitch over the rounds and on other circles, and the radial error before and after."""
-    first, last = found.rounds[0].run, found.rounds[-1].run
+    first, last = found.rounds[0], found.rounds[-1]
     with new_figure(7.6, 3.2) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.6))
         rounds = np.arange(len(found.rounds))

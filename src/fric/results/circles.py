@@ -380,9 +380,8 @@ class LearnResult(Result, schema=circle_findings.LearningDocument, of="found"):
         """Return the glitch of each round, and of other circles: medians, with the chance of one run."""
         found, test = self.found, self.found.circle
         rows = []
-        for circle in found.rounds:
-            chances = (*circle.run.glitches, circle.run.chance())
-            rows.append([circle.run.scheme.title, *(chance.text(digits=2) for chance in chances)])
+        for run in found.rounds:
+            rows.append([run.scheme.title, *(chance.text(digits=2) for chance in (*run.glitches, run.chance()))])
         title = f"{found.machine.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
         pieces: list[Piece] = [Table(["round", "+x", "+y", "-x", "-y", "glitch"], rows, title)]
         carried = [
@@ -400,7 +399,7 @@ class LearnResult(Result, schema=circle_findings.LearningDocument, of="found"):
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write a run file with a run for each round; its traces hold the feedforward."""
         made = json.dumps(provenance() | {"machine": self.found.machine.name})
-        write_runs(Path(path), [circle.run for circle in self.found.rounds], made, force=force)
+        write_runs(Path(path), self.found.rounds, made, force=force)
 
 
 class LearnedTable(Result, schema=circle_findings.LearnedFeedforwardDocument, of="table"):

@@ -785,14 +785,10 @@ def _alike(solution: PlantSolution, lines: Lines, misfit: float) -> float:
     """Return the number of neighbouring lines per independent line, by the correlation of residuals.
 
     Friction around rest is more than its describing function: the remainder is not noise, and is similar from line to
-    line. The number is the sum of the residuals' correlation over the lines, as of a correlated series.
+    line.
     """
     model = solution.form.response(solution.values, lines.frequency, lines.hold, lines.reversing)
-    off = np.log(lines.response / model) / np.hypot(lines.deviation, misfit)
-    n = len(off)
-    likeness = np.array([np.vdot(off[: n - k], off[k:]).real for k in range(n)]) / max(np.vdot(off, off).real, 1e-300)
-    ends = np.flatnonzero(likeness < 0)
-    return 1.0 + 2.0 * float(np.sum(likeness[1 : ends[0] if ends.size else n]))
+    return statistics.memory(np.log(lines.response / model) / np.hypot(lines.deviation, misfit))
 
 
 def plant_records(
