@@ -347,10 +347,14 @@ def _clock(data: Samples) -> Role:
     since_1970 = (u for u, size in TIME_UNITS.items() if 1e9 < stamps[0] * size < 2.5e9 and np.ptp(stamps) * size < 1e6)
     step = float(np.median(np.diff(stamps)))
     stated = (FILETIME if dated else "") or says.unit or next(since_1970, "")
-    unit = stated or _sure(time_units(step, len(stamps)))
+    counted = _COUNTS.search(data.columns[n].name) and np.all(stamps == np.rint(stamps))  # of an unknown length
+    unit = stated or ("" if counted else _sure(time_units(step, len(stamps))))
     known = 1.0 if stated else 0.5 if data.columns[n].unit else 0.97  # where a header has one that is none, ask
     why = f"it rises {'with every row' if n in uneven else 'evenly'}"
     return Role("time", n, unit, sure, known if unit else 0.0, why)
+
+
+_COUNTS = re.compile(r"(?i)(count(er)?|samples?|cycles?|index)$")  # Ends a name of servo cycles, as ``ServoCount``
 
 
 def _sure(weights: Mapping[str, float]) -> str:
@@ -572,9 +576,17 @@ def _smooth(data: Samples, pairs: Pairs) -> list[int]:
     free = [
         int(n) for n in np.flatnonzero(data.moving & (data.levels > MODES))
         if data.said[n].quantity is None and np.isfinite(pairs.share[n]).any() and rough[n] < 0.3
+        and not _jumps(data.x[:, n])
     ]  # fmt: skip
     least = min((rough[n] for n in free), default=0.0)
     return sorted((n for n in free if rough[n] <= 3.0 * least), key=lambda n: rough[n])
+
+
+def _jumps(x: Real) -> bool:
+    """Return whether a column mostly stands and else jumps, as a command in steps does, and nothing that has a mass."""
+    steps = np.abs(np.diff(x))
+    moving = steps[steps > 0.0]
+    return bool(len(moving) < 0.05 * len(steps) and np.median(moving) > 0.02 * np.ptp(x))
 
 
 # --- one axis ---------------------------------------------------------------------------------------------------------
@@ -940,6 +952,11 @@ def _by_velocity(data: Samples, movements: Sequence[_Movement]) -> list[_Movemen
     speeds = [n for n in range(len(data.columns)) if data.said[n].quantity == "velocity"]
     wanted = [n for n in speeds if not data.said[n].commanded] or speeds[:1]
     wanted = [n for n in wanted if _goes_on(data.x[:, n])]
+    moving = [n for n in wanted if data.moving[n]]
+    again = {
+        n for k, n in enumerate(moving) for m in moving[:k] if not _apart(data, n, m) and _alike(data, n, m) > SAME
+    }
+    wanted = [n for n in wanted if n not in again]  # as a second sensor has it
     if movements:
         pushed = {data.tags[n] for n, says in enumerate(data.said) if says.quantity == "force" and data.moving[n]}
         named = zip(data.columns, data.tags, strict=True)
@@ -979,18 +996,21 @@ def _in_units(
     factor = abs(movement.factor) if movement.factor and logged else None
     clocks = {"s": 1.0} if clock.column is None else {clock.unit: 1.0} if clock.unit else time_units(step, len(t))
 
+    if counted := _counted(data, movement, roles, clock, said):
+        factor, first, sizes, p = None, Spoken(None, moves={counted[1]: 1e6}), (None, sizes[1]), None
+        v, second = (v, second) if second.unit else (None, nothing)
+        roles = {channel: role for channel, role in roles.items() if v or channel != "velocity"}
+    slope = movement.factor if v or not counted else None
+
     def weighed(factor: float | None) -> list[Reading]:
         found = [
             replace(reading, weight=reading.weight * weight) for unit, weight in clocks.items()
             for reading in readings(first, second, unit, factor, sizes, bool(p), bool(v))
         ]  # fmt: skip
-        found = found if logged or not movement.factor else _clocked(found, movement.factor, len(t))
+        found = [replace(reading, position=counted[0]) for reading in found] if counted else found
+        found = found if logged or not slope else _clocked(found, slope, len(t))
         return _weighed_by_names(found, data, said.get("force", nothing), p, v)
 
-    if counted := _counted(data, movement, roles, clock, said):
-        factor, first, sizes, p = None, Spoken(None, moves={counted[1]: 1e6}), (None, sizes[1]), None
-        v, second = (v, second) if second.unit else (None, nothing)
-        roles = {channel: role for channel, role in roles.items() if v or channel != "velocity"}
     found = weighed(factor)
     wrong = contradicting(first, second, clock.unit, factor, sizes) if factor and clock.unit and not found else []
     total = sum(reading.weight for reading in (*found, *wrong, *wrong))  # of two that contradict, none is sure
@@ -1026,8 +1046,8 @@ def _in_units(
     if clock.unit:
         units["time"] = clock.unit, clock.unit_likelihood, ()
     elif not logged:
-        clock = replace(clock, why="by position against velocity") if movement.factor else clock
-        units["time"] = _period(movement.factor, best, likeliest("position")[1] * likeliest("velocity")[1])
+        clock = replace(clock, why="by position against velocity") if slope else clock
+        units["time"] = _period(slope, best, likeliest("position")[1] * likeliest("velocity")[1])
     for of in ("position", "velocity"):
         first_choice, sure, others = likeliest(of)
         units[of] = getattr(best, of), sure if kind is None else min(motion_sure, sure), (first_choice, *others)
@@ -1161,7 +1181,8 @@ def _period(factor: float | None, reading: Reading, sure: float) -> tuple[str, f
 
 def _implied_period(factor: float, reading: Reading) -> tuple[float, bool]:
     """Return the period [s] by which a velocity is that of the position in units, and whether it is a usual period."""
-    size = si_factor(reading.position, "position", reading.motion)
+    count, _, unit = reading.position.rpartition(" ")
+    size = float(count or 1.0) * si_factor(unit, "position", reading.motion)
     period = size / (si_factor(reading.velocity, "velocity", reading.motion) * abs(factor))
     usual = float(USUAL_PERIODS[np.argmin(np.abs(np.log(USUAL_PERIODS / period)))])
     near = abs(log(usual / period)) < TOLERANCE

@@ -112,6 +112,9 @@ _RATIO = re.compile(r"(?i)(?:^|[_\s])([a-z]+)[_\s]per[_\s](s|sec|secs|seconds?|m
 TURNS: Mapping[Motion, float] = {"rotary": 1e3}  # What a velocity in 1/s shows: radians, or revolutions, no metres
 
 
+_TYPED = re.compile(r"(?<![^\W_])(?:[bfinrsuwx]|lr|u?[dsu]?i|d?w|st)(?=[A-Z][a-z])")  # Of a PLC: the type of a variable
+
+
 class Spoken(NamedTuple):
     """What a name and a unit show of a column."""
 
@@ -127,6 +130,8 @@ class Spoken(NamedTuple):
 def spoken(column: Column) -> Spoken:
     """Return what the name and the unit of a column show."""
     path = re.sub(r"(?i)(header\.stamp|states?|status\w*|\w+_mapper)(?=[./])", " ", bare(column))  # as state.speed
+    typed = _TYPED.sub("", path)  # iActualPosition is no current, though iActual is one
+    path = typed if any(_has(_words(typed), known) for known in QUANTITIES.values()) else path
     name, leaf = _words(path), _words(path.rpartition("/")[2])  # /joint_states/elbow/position is a position
     shows = leaf in LETTERS or leaf.startswith("f ") or any(_has(leaf, known) for known in QUANTITIES.values())
     name = leaf if shows else name

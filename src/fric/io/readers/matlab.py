@@ -53,7 +53,8 @@ _AXIS = re.compile(
     r"(axis|axes?|achsen?|ass[ei]|ejes?|joints?)\((?P<number>\d+)\))"
 )
 """The name of a struct of an axis."""
-_VALUES, _UNIT = ("values", "value", "data", "signal"), ("unit", "units")
+_VALUES, _UNIT = ("values", "value", "data", "signal"), ("unit", "units", "units_of_measure")
+_TIMES = ("time", "t", "timestamps", "timestamp")
 _OF_CELL = re.compile(r"(.+?\(\d+\))\.(.+)")  # A field of an element of a struct array
 _OF_STRUCT = re.compile(r"(.+)\.([^.()]+\(:,\d+\))")  # A column of a matrix in a struct
 _PARTED = re.compile(r"(?P<struct>.+)\.(?P<field>[^.()]+)|(?P<matrix>.+)\(:,(?P<line>\d+)\)")
@@ -175,6 +176,8 @@ def _tree(node: Any, file: h5py.File, left: Iterator[int], depth: int = 0) -> An
         return float(node[()].item())
     if node.ndim == 1 or (node.ndim == 2 and node.shape[1] == 1):
         return _DatasetLine(node, 0, along=0)
+    if node.ndim == 3 and 1 in node.shape:  # a row or a column an instant
+        return np.squeeze(node[()])
     if node.ndim != 2:
         return None
     flat = _lies(*node.shape)
@@ -299,12 +302,22 @@ def _lines_of(value: Any) -> list[Any]:
     return value if is_matrix else []
 
 
-def _is_signal(value: Mapping[str, Any]) -> bool:
-    """Return whether a struct is a signal with its time, and nothing else."""
-    first, second = (text.casefold() for text in value) if len(value) == 2 else ("", "")
-    if first not in {"time", "t"} or second not in {"data", "value", "values", "signal"}:
-        return False
-    return all(isinstance(part, _DatasetLine | np.ndarray) and len(part) > 1 for part in value.values())
+def _signal(value: Mapping[str, Any]) -> tuple[Any, Mapping[str, Any]] | None:
+    """Return the time of a struct that is a signal, and its values by names beside them; None of any other struct."""
+    keys = {key.casefold(): key for key in value}
+    at, of = (next((keys[key] for key in known if key in keys), "") for known in (_TIMES, _VALUES))
+    time: Any = value.get(at)
+    beside = _titled({key: part for key, part in value.items() if key != at})
+    content = beside.pop(of, None)
+    lines = content if isinstance(content, Mapping) else {of: content}
+    whole = _is_vector(time) and all(_is_vector(line) and len(line) == len(time) for line in lines.values())
+    return (time, lines) if whole and not any(_is_vector(p) and len(p) == len(time) for p in beside.values()) else None
+
+
+def _is_vector(value: Any) -> bool:
+    """Return whether a value is a vector of more than one number."""
+    real = isinstance(value, _DatasetLine) or (isinstance(value, np.ndarray) and value.ndim == 1 and _is_real(value))
+    return real and len(value) > 1
 
 
 def _is_real(value: Any) -> bool:
@@ -314,23 +327,25 @@ def _is_real(value: Any) -> bool:
 def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[str, str]) -> None:
     """Sort a variable into columns and constants."""
     if isinstance(value, Mapping):
-        label, content = value.get("Name", value.get("label")), value.get("Data", value.get("values"))
-        if isinstance(label, str) and label and content is not None:  # as dSPACE and Simulink write signals
-            column, unit = named(label), value.get("Unit", value.get("unit"))
-            unit = column.unit or (unit if isinstance(unit, str) else None)
-            _take_apart(f"{column.name} [{unit}]" if unit else label, content, columns, constants)
-            return
         fields = {key.casefold(): key for key in value}
         data, unit = (next((value[fields[key]] for key in keys if key in fields), None) for keys in (_VALUES, _UNIT))
-        if isinstance(unit, str) and data is not None and len(value) == 2:
-            _take_apart(f"{name} [{unit}]", data, columns, constants)
-            return
-        if _is_signal(value):
-            time, content = value.values()
+        unit = unit if isinstance(unit, str) else ""
+        label, of = value.get("Name", value.get("label")), f" [{unit}]" if unit else ""
+        label = label if isinstance(label, str) else ""
+        if (signal := _signal(value)) is not None:
+            time, content = signal
             known = [other for key, other in columns.items() if key.endswith("time") and len(other) == len(time)]
             if not any(np.array_equal(time[:], other[:]) for other in known):
                 columns[f"{name}.time" if known or "time" in columns else "time"] = time
-            _take_apart(name.rpartition(".")[2] or name, content, columns, constants)
+            ends = {key: f".{key}{of}" if len(content) > 1 else of for key in content}
+            head = label or name.rpartition(".")[2]
+            head = name if any(head + end in columns for end in ends.values()) else head
+            columns |= {head + ends[key]: line for key, line in content.items()}
+            return
+        if data is not None and (label or (unit and len(value) == 2)):
+            column = named(label) if label else Column(name)  # as dSPACE and Simulink write signals
+            of = f" [{column.unit}]" if column.unit else of
+            _take_apart(f"{column.name}{of}" if of else label or name, data, columns, constants)
             return
         lines = [key for key, child in value.items() if isinstance(child, _DatasetLine) or np.ndim(child) == 1]
         for key, child in _titled(value).items():  # a unit beside it is its own, or of the only signal
@@ -339,8 +354,8 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
             _take_apart(f"{name}.{key} [{of}]" if stated else f"{name}.{key}", child, columns, constants)
     elif isinstance(value, str):
         constants[name] = value
-    elif isinstance(value, _DatasetLine) or (isinstance(value, np.ndarray) and value.ndim == 1 and _is_real(value)):
-        columns |= {name: value} if len(value) > 1 else {}
+    elif _is_vector(value):
+        columns[name] = value
     elif lines := _lines_of(value):
         alone = isinstance(value, list) and len(lines) == 1
         for n, line in enumerate(lines, 1):

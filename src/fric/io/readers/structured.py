@@ -33,7 +33,15 @@ _OCTAVE = b"# Created by Octave"
 _MATRIX = re.compile(r"# name: (.+)\n# type: (?:\w+ )?matrix\n# rows: .+\n# columns: ([1-9]\d{0,3})\n((?:[^#\n].*\n)*)")
 _RANGE = re.compile(r"# name: (.+)\n# type: (?:double_)?range\n# base, limit, increment\n(\S+) (\S+) (\S+)\n")
 _PAIR = re.compile(r"([A-Za-z_][\w.\[\]]{0,40})\s?[=:]\s?(-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)(?![\w:.])")
+_TOLD = re.compile(r"\s*((?:[A-Za-z_]\w*, ?)+[A-Za-z_]\w*) ?[=:] ?(-?\d[-+.\deE, ]*?)\s*")  # As ``pos,vel: 1.5, 0.2``
 _PAIR_UNIT = re.compile(_PAIR.pattern + r" ?([A-Za-zµ°%][\w/²*]*)(?=[\s,;)]|$)(?!\s?[=:])")
+
+
+def _pairs(line: str) -> list[tuple[str, str]]:
+    """Return the names and numbers of a line."""
+    told = _TOLD.fullmatch(line)
+    names, cells = (re.split(r", ?", part) for part in told.groups()) if told else ([], [])
+    return [*zip(names, cells, strict=True)] if len(names) == len(cells) > 1 else _PAIR.findall(line)
 
 
 _STAMP = re.compile(r"\W*(?:\d{4}-\d\d-\d\d[ T])?(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)\b(?!\s*[AP]M)")
@@ -57,7 +65,7 @@ def recognises(path: Path, head: bytes) -> float:
         return 0.6 * (found or any(tags.count(tag) >= LEAST for tag in {*tags}))
     if re.match(rb"""\{|\[\s*[\[{"\d+-]""", head) and (found or (_FIELD.search(head) and _NEXT.search(head))):
         return 0.6  # no [HEADER] of a text
-    rows = [len(_PAIR.findall(line)) for line in head.decode("utf-8", "replace").splitlines()[-LINES:-1]]
+    rows = [len(_pairs(line)) for line in head.decode("utf-8", "replace").splitlines()[-LINES:-1]]
     return 0.6 * (len(rows) > LEAST and min(rows) > 1 and len({*rows}) == 1)
 
 
@@ -112,11 +120,9 @@ def _of_text(path: Path, changed: int, size: int) -> Any:
     text = path.read_text(encoding="utf-8-sig", errors="replace")
     if text.startswith(_OCTAVE.decode()):
         return _of_octave(text)
-    found = [
-        _stamp(line) | dict(_PAIR.findall(line)) for line in (text.splitlines() if text.lstrip()[:1] != "{" else ())
-    ]
+    found = [_stamp(line) | dict(_pairs(line)) for line in (text.splitlines() if text.lstrip()[:1] != "{" else ())]
     if 2 * sum(len(row) > 1 for row in found) > len(found):
-        last = next((line for line in reversed(text.splitlines()) if len(_PAIR.findall(line)) > 1), "")
+        last = next((line for line in reversed(text.splitlines()) if len(_pairs(line)) > 1), "")
         units = {f"unit_{name}": unit for name, _, unit in _PAIR_UNIT.findall(last) if is_unit(unit)}
         return units | _columns([row for row in found if len(row) > 1])
     try:

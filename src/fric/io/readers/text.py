@@ -362,6 +362,7 @@ HELD, LEAST_ROWS = 0.1, 31
 MOST_STATES = 64  # Words of a column of states at most: others are no state
 
 _REMARK = re.compile(rb"(?m)^#.*\n?")  # A line between rows that is none
+_WORDS = re.compile(rb"(?im)^(?=[^\d\n]*(?:\n|\Z))(?!.*(?:nan|inf))(?=.*[a-z]).*\n?")  # Another, as ``done`` at the end
 _DATE = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d")
 _STAMP = re.compile(rf"{_DATE.pattern}|\d+:\d\d|\d+(\.\d+)?\s*(s|sec|ms|us|min|hr)\Z")
 _QUANTITY = re.compile(r"[+-]?[\d.,]*\d(?:[eE][+-]?\d+)?\s*((?:1/)?[^\W\d_]\S*|[%°‰]\S*)")
@@ -613,10 +614,15 @@ class TextTable(ForeignTable):
             raise FricError(what, where=str(self.path), hint=hint)
 
     def _parsed(self, piece: Sequence[memoryview]) -> pd.DataFrame:
-        # Cells are read by their place. The encoding matters for names alone, which are known by now.
-        shape, names = self.shape, range(len(self.columns))
         whole = b"".join(piece).replace(MINUS.encode(), b"-")
-        piece = [memoryview(_REMARK.sub(b"", whole) if whole.startswith(b"#") or b"\n#" in whole else whole)]
+        whole = _REMARK.sub(b"", whole) if whole.startswith(b"#") or b"\n#" in whole else whole
+        frame = self._cells(whole)
+        worded = not all(map(pd.api.types.is_numeric_dtype, frame.dtypes))
+        return self._cells(plain) if worded and (plain := _WORDS.sub(b"", whole)) != whole else frame
+
+    def _cells(self, whole: bytes) -> pd.DataFrame:
+        # Cells are read by their place. The encoding matters for names alone, which are known by now.
+        shape, names, piece = self.shape, range(len(self.columns)), [memoryview(whole)]
         read_csv: Callable[..., pd.DataFrame] = pd.read_csv  # whose types ask for more of a file than it does
         options: dict[str, Any] = {
             "sep": r"\s+" if shape.delimiter == "whitespace" else shape.delimiter, "decimal": shape.decimal,
@@ -694,7 +700,8 @@ class TextTable(ForeignTable):
         with _opened(self.path, self._zipped, self.shape.encoding) as file:
             for number, line in enumerate(file, 1):
                 content = line.partition(self._comment)[0] if self._comment else line
-                if number > self.shape.first and content.strip(blank) and content[0] != "#":
+                plain = content.strip(blank) and content[0] != "#" and not _WORDS.match(content.encode())
+                if plain and number > self.shape.first:
                     yield number, content
 
 
@@ -715,7 +722,7 @@ def as_numbers(column: "pd.Series[Any]", decimal: str, unit: str | None = None) 
 def _stamps(text: "pd.Series[Any]") -> "pd.Series[Any]":
     """Return dates, times of a day or durations (0.001 sec) as seconds; NaN where a cell is none of them."""
     text = text.str.replace(r"(?<=\d)[,;](?=\d)", ".", regex=True)
-    first = next((text for text in text.head(20) if _STAMP.match(text)), "")
+    first = next((text for text in text.dropna().head(20) if _STAMP.match(text)), "")
     if not first:
         return pd.Series(np.full(len(text), np.nan))
     if not _DATE.match(first):
