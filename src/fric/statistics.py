@@ -323,6 +323,22 @@ DIFFERENT = 1e-3  # Probability of such a scatter with equal parameters, below w
 OF_TWO = 0.05  # Probability above which two records are not said to scatter: one difference hardly tells the next
 
 
+def excess_variance(residual: Real, standard_error: Real, freedom: int) -> float:
+    """Return the variance that explains residuals (..., n) larger than their standard errors (n,).
+
+    Paule and Mandel's (1982) estimate: the smallest q ≥ 0 with ``Σ r²/(se² + q)`` at most the degrees of freedom.
+    """
+    from scipy.optimize import brentq  # not at the start: simulations need it not, and it takes 0.1 s
+
+    def surplus(q: float) -> float:
+        return float(np.sum(residual**2 / (standard_error**2 + q))) - freedom
+
+    if surplus(0.0) <= 0:
+        return 0.0
+    high = float(np.sum(residual**2)) / freedom * (1 + 1e-6)
+    return float(brentq(surplus, 0.0, high, xtol=1e-15 * high, rtol=1e-10))
+
+
 def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: float) -> Between | None:
     """Return the variation between records, by the moments of their estimates; None where a record has no estimate.
 

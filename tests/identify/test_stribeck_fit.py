@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from fric.friction.stribeck import StaticMap
-from fric.identify.static_map.stribeck_fit import StribeckProblem, excess_variance, profile_interval
+from fric.identify.static_map.stribeck_fit import StribeckProblem, profile_interval
+from fric.statistics import excess_variance
 from tests.identify.constant_velocity import PAPER_SPEEDS, both_directions
 from tests.turns import in_turns
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import chain, compress
-from math import exp
+from math import exp, sqrt
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -319,14 +319,8 @@ def residual_of(modelled: Complex, lines: Lines, misfit: float) -> Real:
 
 def _misfit(modelled: Complex, lines: Lines, count: int) -> float:
     """Return the relative deviation at which chi-squared of a response equals its degrees of freedom."""
-    squares = residual_of(modelled, lines, 0.0).reshape(2, -1) ** 2 * lines.deviation**2
-    n = max(squares.size - count, 1)
-
-    def excess(misfit: float) -> float:
-        return float(np.sum(squares / (lines.deviation**2 + misfit**2))) - n
-
-    top = float(np.sqrt(squares.sum())) + 1e-12
-    return 0.0 if excess(0.0) <= 0 else float(optimize.brentq(excess, 0.0, top, xtol=1e-9 * top))
+    residual = lines.deviation * residual_of(modelled, lines, 0.0).reshape(2, -1)
+    return sqrt(statistics.excess_variance(residual, lines.deviation, max(residual.size - count, 1)))
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from fric.errors import FricError
 from fric.friction.stribeck import STATIC_PARAMETERS, stribeck_shares
 from fric.records.over_strokes import REPEATED
 from fric.search import minimised
-from fric.statistics import of_one_size, robust_deviation
+from fric.statistics import excess_variance, of_one_size, robust_deviation
 
 PARAMETERS = (*STATIC_PARAMETERS, "offset")
 DELTA_RANGE = (0.3, 3.0)
@@ -391,18 +391,3 @@ def solve_with_scatter(
         again = replace(problem, standard_error=np.sqrt(errors**2 + variance))
         solution = again.solve(start=None if start is None else solution)
     return solution, sqrt(variance)
-
-
-def excess_variance(residual: Real, standard_error: Real, dof: int) -> float:
-    """Return the variance between strokes [N²] that explains residuals larger than their standard errors.
-
-    Paule and Mandel's (1982) estimate: the smallest q ≥ 0 with ``Σ r²/(se² + q) ≤ dof``.
-    """
-
-    def surplus(q: float) -> float:
-        return float(np.sum(residual**2 / (standard_error**2 + q))) - dof
-
-    if surplus(0.0) <= 0:
-        return 0.0
-    high = float(np.sum(residual**2)) / dof * (1 + 1e-6)
-    return float(brentq(surplus, 0.0, high, xtol=1e-15 * high, rtol=1e-10))
