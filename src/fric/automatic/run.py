@@ -371,6 +371,8 @@ def auto(
     for trace, meaning in found.traces.items():
         traced = trace_step(trace, folder, meaning)
         found.circles += traced.leaves if session.take(traced) else ()
+    slow = [path for path in found.circles if any(test.is_slow for test in choose_circles([path]))]
+    found.circles.sort(key=slow.__contains__)
 
     def gains(of_axis: Sequence[Source]) -> Path | None:
         effort = is_effort(of_axis[0].motion) and not rotates(of_axis[0].motion)  # whose circle depends on them
@@ -380,7 +382,7 @@ def auto(
     axes = identify_axes(session, found, gains, encoder)
     session.expect(2 + 2 * len(found.circles))  # steps that lack a record are not to come
     subject = _machine(session, axes, given)
-    _circles(session, found, axes, subject, given is not None)
+    _circles(session, found, axes, subject, slow, given is not None)
     pages = [path for axis in axes.values() for path in axis.there]
     pages += [path for path in (folder / "circle.h5",) if path.exists()]
     page = None
@@ -459,8 +461,10 @@ def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None)
     return path
 
 
-def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], machine: Path | None, given: bool) -> None:
-    """Simulate the circle, and compare measured circles with the machine."""
+def _circles(
+    session: Session, found: Sources, axes: dict[str, AxisOutcome], machine: Path | None, slow: list[Path], given: bool
+) -> None:
+    """Simulate the circle, and compare measured circles with the machine, which those that are not slow tune."""
     if machine is None or all(rotates(axis.motion) for axis in machine_of(machine).axes.values()):
         return
     folder, options = session.folder, dict[str, Any]()
@@ -498,6 +502,6 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
     if not all("gms" in nominal[name].nominal_friction.models for name in shared):
         return  # tuning starts from it
     if shared and (len(found.circles) > 1 or len(shared) == len(test.names)):  # one circle of one axis tells little
-        target, given_files = folder / "tuned", [machine, *found.circles]
+        target, tuning = folder / "tuned", [path for path in found.circles if path not in slow] or found.circles
         leaves = [target / "machine.yaml"]
-        session.take(step("tune", "tune", given_files, {}, [*found.circles, *reads], output=target, leaves=leaves))
+        session.take(step("tune", "tune", [machine, *tuning], {}, [*tuning, *reads], output=target, leaves=leaves))

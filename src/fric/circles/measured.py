@@ -164,6 +164,11 @@ class MeasuredCircle:
         return f"{self.source}, test '{self.name}'" if self.source else f"test '{self.name}'"
 
     @property
+    def is_slow(self) -> bool:
+        """Whether a trace was recorded too slowly to resolve a reversal."""
+        return any(SLOWEST * float(np.median(np.diff(trace.time))) > 1.0 for trace in self.axes.values())
+
+    @property
     def is_ball_bar(self) -> bool:
         """Whether a radial deviation alone is known."""
         return self.angle is not None and self.deviation is not None

@@ -501,7 +501,7 @@ class KnownMachine:
                 names = axes or [name for name in pair(machine) if name in machine.axes]
                 left = LeftOver.of([*(left.tests if left else ()), test], machine, names, seed)
             except FricError as error:
-                unused.append(CIRCLE_UNUSED.found(why=str(error).replace("\n", " ")))
+                unused.append(CIRCLE_UNUSED.found(error.where, why=error.what))
         return cls(identified, tests, left, tuple(unused))
 
     def drawn(self) -> dict[str, Any]:
