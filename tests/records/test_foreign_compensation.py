@@ -83,6 +83,16 @@ def test_it_is_said_whether_a_kick_comes_early_late_or_is_too_much(late, when):
     assert float(notice.values["decay"]) == pytest.approx(0.03, abs=0.003)
 
 
+@pytest.mark.parametrize(("rise", "found"), [(0.005, True), (0.2, False)])
+def test_a_lead_that_grows_slowly_is_no_kick(rise: float, found: bool) -> None:
+    """A sine of 15 um before sliding was left out: its loop has no velocity feedforward."""
+    t = np.arange(12_000) / 1e3
+    after, sense = (t - 1.0) % 2.0, np.where((t - 1.0) // 2.0 % 2 == 0, -1.0, 1.0)
+    reference = 1e-3 * np.sin(0.5 * np.pi * t)
+    lead = 5e-6 * sense * after / rise * np.exp(1.0 - after / rise) * (t >= 1.0)
+    assert (foreign_compensation(Log(t, position=reference + lead, reference=reference)) is not None) == found
+
+
 def kicked_sine(*reversals: int) -> Log:
     """Return a sine of six reversals that is kicked by 20 um at some of them."""
     t = np.arange(12_000) / 1e3
