@@ -138,6 +138,7 @@ class Log(_FromFile):
         for column in frame:
             channel, _, unit = str(column).partition("[")
             channel, unit = channel.strip(), unit.rstrip("] ")
+            channel = "input" if channel == "voltage" else channel
             if channel in CHANNELS:
                 read.append(column)
                 unit = str((units or {}).get(channel, unit))

@@ -13,6 +13,7 @@ from fric.automatic.sources import MOTION, Source, Sources
 from fric.columns import FORCE_VELOCITY, PRESLIDING
 from fric.documents.base import commanded
 from fric.documents.controller import ControllerDocument
+from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import read_identified
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import dump, plain, read_document, read_tree, write_document
@@ -166,9 +167,12 @@ class AxisOutcome:
 
     @property
     def whole(self) -> bool:
-        """Whether all parts that a machine file needs are known, K_f among them."""
+        """Whether all parts that a machine file needs are known, K_f and a friction model among them."""
         known = all(path.exists() for part, path in self.files.items() if part != "observer")
-        return known and read_document(self.files["plant"], PlantDocument).K_f is not None
+        if not known or read_document(self.files["plant"], PlantDocument).K_f is None:
+            return False
+        friction = read_document(self.files["friction"], FrictionDocument)
+        return friction.static is not None or bool(friction.model_names())  # of one speed it holds a point
 
     @property
     def there(self) -> list[Path]:

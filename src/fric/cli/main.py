@@ -8,6 +8,7 @@ import signal
 import sys
 import warnings
 from types import FrameType
+from typing import Any
 
 import typer
 
@@ -83,21 +84,8 @@ def main() -> None:
         try:
             now()  # Matplotlib would end at one that is none
             sys.exit(app(standalone_mode=False))
-        except UsageError as error:  # which tells the words of the line as they are
-            message = reworded(error.message)
-            if message.startswith("Got unexpected extra"):
-                message += f". {COMMAS}"
-            if hasattr(error, "possibilities") and error.ctx.parent is None:
-                error.possibilities, message = None, f"{message}. Options of a command follow its name"
-            given, *choices = (re.findall("'(.*?)'", text) or [text] for text in message.split(" is not one of "))
-            use = getattr(getattr(error, "param", None), "help", None)
-            if choices:
-                use, message = None, f"{message} {near(given[-1], choices[0])}".rstrip()
-            error.message = printable(": ".join(filter(None, (message, use))), MOST_CHARACTERS)
-            if not message and (known := EXAMPLES.get(command_of(error.ctx))):
-                error.message += f"\nExample: fric {known[0]}"
-            error.show()
-            sys.exit(error.exit_code)
+        except UsageError as error:
+            _end_of_usage(error)
         finally:
             sys.stdout.flush()
             gc.freeze()  # the process ends: no garbage is looked for once more
@@ -118,6 +106,27 @@ def main() -> None:
         if not _STRUCK:
             raise
         _fail("interrupted\nOutputs that were not finished are not there.", 128 + _STRUCK[-1])
+
+
+def _end_of_usage(error: Any) -> None:
+    """Print what is wrong in a command line, in its words, or the help of a group without a command."""
+    message = reworded(error.message)
+    if type(error).__name__ == "NoArgsIsHelpError":  # a group alone: its help, as it is
+        sys.stderr.write(f"{message}\n")
+        sys.exit(error.exit_code)
+    if message.startswith("Got unexpected extra"):
+        message += f". {COMMAS}"
+    if hasattr(error, "possibilities") and error.ctx.parent is None:
+        error.possibilities, message = None, f"{message}. Options of a command follow its name"
+    given, *choices = (re.findall("'(.*?)'", text) or [text] for text in message.split(" is not one of "))
+    use = getattr(getattr(error, "param", None), "help", None)
+    if choices:
+        use, message = None, f"{message} {near(given[-1], choices[0])}".rstrip()
+    error.message = printable(": ".join(filter(None, (message, use))), MOST_CHARACTERS)
+    if not message and (known := EXAMPLES.get(command_of(error.ctx))):
+        error.message += f"\nExample: fric {known[0]}"
+    error.show()
+    sys.exit(error.exit_code)
 
 
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EPIPE, errno.EIO, errno.EDQUOT)

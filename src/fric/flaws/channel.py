@@ -22,7 +22,7 @@ FORCE_LAGS = Flaw("force-lags", "note",
     "The force is logged {lag} ({samples:.2g} samples) {late:later|earlier} than the input{corner:, {corner} by a "
     "filter|}: shifted.", widens={"C": 0.3})
 FORCE_LATE = Flaw("force-late", "doubt",
-    "The force is logged later than the position: {late}. It was moved back by the mean.",
+    "The force is logged {later:later|earlier} than the position: {late}. It was moved by the mean.",
     "Log both channels at one instant.")
 FORCE_LATE_OPEN = Flaw("force-late-open", "doubt",
     "The residuals look as if the force were logged late: k may be wrong.",

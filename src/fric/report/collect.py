@@ -264,13 +264,14 @@ class ReportInput:
     def verdict(self, test: ContourTest) -> Verdict:
         """Return the verdict by a test and all measured circles."""
         held = [circle for circle in self.circles if circle.result.held is not None]
+        held.sort(key=lambda circle: not self._of_test(circle, test))  # the circle that was simulated judges first
         more: dict[str, Any] = {"machine": machine_name(self.machine)} if self.machine else {}
         file = self.machine or str(test.provenance.get("origin", {}).get("path", ""))
         if test.radius and file and not str(test.provenance.get("command", "")).startswith("fric simulate "):
             circle = f'--radius "{readable(test.radius, "m")}" --velocity "{readable(test.feed, "m/s")}"'
             more["command"] = f"fric simulate circle {machine_name(file)} {circle} -o run.h5"
-        compared = [both for circle in held if (both := circle.result.glitches()) is not None]
-        more |= {"glitches": compared[-1], "unmodelled": held[-1].result.unmodelled()} if compared else {}
+        compared = [circle.result for circle in held if circle.result.glitches() is not None]
+        more |= {"glitches": compared[0].glitches(), "unmodelled": compared[0].unmodelled()} if compared else {}
         given = evidence_of(
             test.provenance, test.contours, test.prediction, compared=bool(held), tolerance=self.tolerance,
             disagreements={circle.source: circle.disagreements() for circle in held}, measured=self._measured(test),
@@ -278,13 +279,19 @@ class ReportInput:
         )  # fmt: skip
         return decide(given)
 
+    @staticmethod
+    def _of_test(circle: Measured, test: ContourTest) -> bool:
+        """Return whether a measured circle has the feed and the radius of a test."""
+        seen = circle.result.found.test
+        return _alike(seen.feed, test.feed) and _alike(seen.radius, test.radius or 0.0)
+
     def _measured(self, test: ContourTest) -> dict[str, float]:
         """Return the largest glitch measured on the circle of a test [m], by active scheme, stated or supposed."""
         found: dict[str, float] = {}
         for circle in self.circles:
             seen, held = circle.result.found.test, circle.result.held
             scheme = seen.scheme or (held.scheme if held else "")
-            if scheme and _alike(seen.feed, test.feed) and _alike(seen.radius, test.radius or 0.0):
+            if scheme and self._of_test(circle, test):
                 found[scheme] = max(circle.result.found.glitch, found.get(scheme, 0.0))
         return found
 

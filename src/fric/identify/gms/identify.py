@@ -39,6 +39,7 @@ from fric.search import simplest
 from fric.units import Motion, si_unit
 
 ASSUMED_C = 1e4  # Attraction parameter [N/s] without a record in sliding: a lag s/C of 10 to 16 ms for Table 1
+ASSUMED_RATE = 100.0  # The same over F_c [1/s], where forces are in units that an axis of other size has
 UNDETERMINED = float(np.log(10.0))
 """Half width of the interval of log C above which the sliding record does not determine it: a factor of ten."""
 
@@ -300,7 +301,7 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
             C = replace(C, fixed=False, assumed=True)
     else:
         alpha, k, level = _by_leaving_out(found, without, base, motion)
-        C = Estimate(ASSUMED_C, si_unit("force rate", motion), assumed=True)
+        C = Estimate(assumed_C(static or base, motion), si_unit("force rate", motion), assumed=True)
         level = level if curve.saturates else Estimate(1.0, "1")
         model = directed(_at_level(static or base, found, curve.saturates), negative)
     if static is None:
@@ -332,6 +333,11 @@ def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
             hint="Log slow sines of small amplitude, or micro-steps, and ingest them with `kind='presliding-sine'`.",
         )
     return presliding, [replace(log, kind=kind) for log, kind in kinds if kind == "sliding-sine"]
+
+
+def assumed_C(static: StaticMap, motion: Motion) -> float:
+    """Return the attraction parameter that is assumed [N/s], of one digit where the force is not in newtons."""
+    return ASSUMED_C if motion == "linear" else float(f"{ASSUMED_RATE * static.F_c:.0e}")
 
 
 def _at_level(static: StaticMap, blocks: virgin_curve.Blocks, with_level: bool) -> GMS:
@@ -375,10 +381,11 @@ def _refined(
             with_level=with_level, beyond=hunting,
         )  # fmt: skip
 
-    fit = fitted() if with_C else fitted(C=ASSUMED_C)
+    C = assumed_C(maps[0], records[0].log.motion)
+    fit = fitted() if with_C else fitted(C=C)
     low, high = fit.estimates["gms"]["C"].ci95 or (0.0, 0.0)
     if with_C and not (low and high and np.log(np.divide(high, low)) < 2.0 * UNDETERMINED):
-        fit = fitted(C=ASSUMED_C)
+        fit = fitted(C=C)
     return fit
 
 
