@@ -1,5 +1,6 @@
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,8 +10,11 @@ from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.friction.gms import GMS
 from fric.io.hdf5 import read_records, write_logs
+from fric.kernels.loop import closed_loop
 from fric.log import Log
+from fric.reference import Reference
 from fric.reproduce.paper import SAMPLES
+from fric.simulate.axis import run_axis
 from fric.simulate.experiment import (
     EXPERIMENTS,
     OF_THE_PAPER,
@@ -20,6 +24,7 @@ from fric.simulate.experiment import (
     presliding_sine,
     sliding_sine_around,
 )
+from fric.simulate.machine import Axis
 
 XY_TABLE = read_machine(Path("configs/xy-table.yaml"))
 AXIS = XY_TABLE.axis("x")
@@ -52,13 +57,40 @@ def test_a_constant_load_adds_to_the_force_in_both_directions() -> None:
         assert np.mean(steady(loaded, direction) - steady(plain, direction)) == pytest.approx(12.5, rel=1e-6)
 
 
-@pytest.mark.long(15)
-def test_a_contact_that_is_too_stiff_to_be_integrated_is_refused() -> None:
-    """Micro-steps on a block of 3e12 N/m, which swings at 17 kHz, took a minute of an older core."""
+def test_a_contact_that_is_too_stiff_to_be_integrated_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A block of 3e12 N/m, which swings at 17 kHz, takes hundreds of steps a sample: a minute was spent on it."""
     gms = AXIS.friction
     assert isinstance(gms, GMS)
+    made: list[int] = []
+
+    def counted(*given: Any) -> Any:
+        traces, saturated = closed_loop(*given)
+        made.append(int(np.isfinite(traces.position).sum()))
+        return traces, saturated
+
+    monkeypatch.setattr("fric.simulate.axis.closed_loop", counted)
     with pytest.raises(FricError, match="too stiff"):
         list(experiment(replace(AXIS, friction=replace(gms, k=(3e12, *gms.k[1:]))), "micro-steps"))
+    assert made[0] < 100_000
+
+
+def test_a_long_record_is_integrated_in_longer_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the last digits, a sine of ten minutes takes a minute of a processor, and its record is the same."""
+    accuracies: list[float] = []
+
+    def seen(axis: Axis, reference: Reference, **given: Any) -> Any:
+        accuracies.append(given["accuracy"])
+        return run_axis(axis, reference, **given)
+
+    monkeypatch.setattr("fric.simulate.experiment.run_axis", seen)
+    forces = []
+    for _ in range(2):
+        (log,) = presliding_sine(IDEAL, amplitudes=[15e-6], cycles=1, samples=500)
+        forces.append(log.require("force", "this test"))
+        monkeypatch.setattr("fric.simulate.experiment.LONG", 10_000)
+    exact, coarse = accuracies
+    assert exact == 0.0 < coarse <= 1e-9
+    np.testing.assert_allclose(forces[1], forces[0], atol=1e-3 * np.ptp(forces[0]))
 
 
 def test_every_stroke_leaves_presliding_behind() -> None:

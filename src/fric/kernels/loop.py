@@ -35,7 +35,8 @@ from fric.kernels.sensing import FAULTLESS, SENSING, Sensing, reading
 from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 
 BLOCKS = 4  # Blocks that a loop has room for: the controller, and three more
-MOST_WORK = 200_000_000  # Friction steps of a run, a hundred or so a sample where a contact is too stiff: ten seconds
+MOST_WORK, MOST_A_SAMPLE = 20_000_000, 100
+"""Friction steps of a run at most, and more for each sample: 10 to 40 a sample are usual, 500 on too stiff ones."""
 CONTROLLER, FEEDFORWARD, OBSERVER = range(3)  # What a block is there for
 
 
@@ -171,7 +172,7 @@ def _closed_loop(  # noqa: PLR0913 - compiled: Numba takes arrays, not objects
                     halvings, depth, ends, states_ahead,
                 )  # fmt: skip
                 z, v, F, work = z + now.z, now.v, now.F, work + spent
-        if work > MOST_WORK:
+        if work > MOST_WORK + MOST_A_SAMPLE * n:
             trace.position[n:] = np.nan
             break
     return saturated

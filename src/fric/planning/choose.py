@@ -492,7 +492,6 @@ DRAWS, SLOW_DRAWS = 9, 3
 """Runs of a plan that are identified: the range of nine includes the next in 80 % of cases, that of three in 50 %. Few
 are those of an axis with a second mass or flaws: each takes five times as long."""
 PLACES = 64.0  # Encoder counts over which the start of a record is spread: the hunting of a slow axis depends on it
-ACCURACY = 1e-10  # Largest error of the position by the integration [m]: 0.01 N of a stiffness of 100 N/µm
 NOTABLE = 1.2  # Widening by unmodelled friction above which it is reported
 MOST_TIMES = 16  # Largest factor of the usual number of strokes, cycles or periods
 HOPELESS = 4.0  # Factor of the records needed over those at most, from which on none are added: they miss by half of it
@@ -658,7 +657,7 @@ def expected(
     plants: list[PlantDocument] = []
     for seed in range(1, draws + 1):
         logs = []
-        for trial, run in experiment.runs_of(axis, anywhere(axis, trials, seed), ACCURACY):
+        for trial, run in experiment.runs_of(axis, anywhere(axis, trials, seed), experiment.ACCURACY):
             logs.append(trial.log(axis, run, seed))
             advance()
         results: list[PlantDocument | FrictionDocument] = []
