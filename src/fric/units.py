@@ -282,10 +282,11 @@ def likely(number: float | str, dimension: str, motion: Motion = "linear") -> st
 
 
 LARGEST_GAIN = 1e5  # Largest ratio of amplitudes that means anything of a loop: 100 dB
+LARGEST_PEAK = 10.0  # Largest M_s that a loop is designed for: it is then 0.1 from the point −1
 
 
 @names
-def parse_gain(text: str | float, above: float = 0.0) -> float:
+def parse_gain(text: str | float, above: float = 0.0, most: float = LARGEST_GAIN) -> float:
     """Return a ratio of amplitudes: of a text in decibels, as ``"6 dB"``, or a number, which is the ratio."""
     words = str(text).strip()
     number = words[:-2] if words[-2:].lower() == "db" else words
@@ -296,8 +297,8 @@ def parse_gain(text: str | float, above: float = 0.0) -> float:
         ratio = 0.0
     if ratio and isinstance(text, str) and number == words:
         raise FricError(f"'{text}' has no unit", hint=f"Write decibels, as in '{words} dB'.")
-    if not above < ratio <= LARGEST_GAIN:
-        what = f"'{text}' is not a gain" + (f" above {above:g}" if above else "") + f", {LARGEST_GAIN:g} at most"
+    if not above < ratio <= most * (1 + 1e-12):
+        what = f"'{text}' is not a gain" + (f" above {above:g}" if above else "") + f", {most:g} at most"
         raise FricError(what, hint="Write decibels, as in '6 dB'.")
     return ratio
 

@@ -75,7 +75,7 @@ from fric.simulate import contour_run, processes
 from fric.simulate.axis import setting_of
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.experiment import frequency_response
-from fric.units import parse_gain
+from fric.units import LARGEST_PEAK, parse_gain
 
 
 def test_a_dataset_in_place_of_an_axis_of_a_feedforward(tmp_path: Path) -> None:
@@ -239,14 +239,15 @@ def test_heaps_are_found_at_and_across_the_ends_of_blocks() -> None:
     assert list(_heaps(io.BytesIO(bytes(data)))) == places
 
 
-@pytest.mark.parametrize("given", ["0 dB", 1.0, 0.5, "-6 dB", math.inf, "nan dB", 1e16])
-def test_a_peak_sensitivity_is_above_one(given: str | float) -> None:
-    assert parse_gain("6 dB", above=1.0) > 1.9
+@pytest.mark.parametrize("given", ["0 dB", 1.0, 0.5, "-6 dB", math.inf, "nan dB", 1e16, "40 dB"])
+def test_a_peak_sensitivity_is_above_one_and_leaves_a_margin(given: str | float) -> None:
+    assert parse_gain("6 dB", 1.0, LARGEST_PEAK) > 1.9
+    assert parse_gain("20 dB", 1.0, LARGEST_PEAK) == pytest.approx(10.0)
     with pytest.raises(FricError, match="is not a gain above 1"):
-        parse_gain(given, above=1.0)
+        parse_gain(given, 1.0, LARGEST_PEAK)
 
 
-@pytest.mark.parametrize("given", ["7e300 dB", "0 dB", "1e16", "6 m"])
+@pytest.mark.parametrize("given", ["7e300 dB", "0 dB", "1e16", "6 m", "40 dB"])
 def test_a_peak_sensitivity_of_a_scheme_is_a_gain_of_a_loop(tmp_path: Path, given: str) -> None:
     """As 7e300 dB, whose ratio no number holds."""
     text = f"fric: schemes/1\nschemes:\n  k: {{title: t, observer: jamaludin, peak_sensitivity: {given}}}\n"

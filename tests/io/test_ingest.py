@@ -99,6 +99,17 @@ def test_dropping_counts_and_leaves_a_gap(tmp_path):
     assert np.diff(log.time).max() == pytest.approx(0.006)
 
 
+@pytest.mark.parametrize("cell", ["1,234", "-12,000"])
+def test_a_mark_of_a_fraction_or_of_thousands_is_not_dropped(tmp_path, cell):
+    """Four fifths of the samples of such a file went, with a warning alone."""
+    path = tmp_path / "log.csv"
+    path.write_text(write(path).read_text().replace(",", ";").replace("0.020;0.020000", f"0.020;{cell}"))
+    with pytest.raises(FricError, match="two values") as refused:
+        fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+    assert "line 22" in str(refused.value)
+    assert not (tmp_path / "log.h5").exists()
+
+
 @pytest.mark.parametrize("samples", [CHUNK - 1, CHUNK, CHUNK + 1, 5 * CHUNK + 17])
 def test_chunks_hold_every_kind_of_number(tmp_path, samples):
     """What is compressed beside the reading is what HDF5's own filters read: noise, ramps, steps, constants."""

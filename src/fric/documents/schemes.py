@@ -9,7 +9,7 @@ from fric.control.scheme import Lead, Scheme
 from fric.documents.base import Document, Part, Quantity, refused
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.units import parse_gain
+from fric.units import LARGEST_PEAK, parse_gain
 from fric.verb import verb
 
 LeadGiven = Quantity | Literal["auto"] | None
@@ -53,7 +53,7 @@ class SchemePart(Part):
         given, unit = self.peak_sensitivity.value, self.peak_sensitivity.unit
         if isinstance(given, list) or unit not in {"dB", "1"}:
             raise FricError("peak_sensitivity is not a gain", hint="Write it as '6 dB'.")
-        return {"peak_sensitivity": parse_gain(f"{given} dB" if unit == "dB" else given, above=1.0)}
+        return {"peak_sensitivity": parse_gain(f"{given} dB" if unit == "dB" else given, 1.0, LARGEST_PEAK)}
 
 
 class SchemesDocument(Document, type="schemes"):

@@ -2,6 +2,7 @@
 
 import ctypes
 import hashlib
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
@@ -202,11 +203,14 @@ def _weighed(values: Real) -> Real:
     return np.array([values.sum(), np.abs(values).sum()])
 
 
+GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")  # A number with a mark of a fraction, or between thousands
+
+
 class WholeRows:
     """Finds the rows of a table that are whole."""
 
     def __init__(self, table: ForeignTable, chosen: ColumnPlan, drop: bool) -> None:
-        self._table, self._wanted, self._drop = table, chosen.wanted, drop
+        self._table, self._wanted, self._drop, self._dropped = table, chosen.wanted, drop, False
         self._limits = chosen.limits()
         state = chosen.origins.get("mode")
         table.states = None if state is None else state.column
@@ -221,11 +225,16 @@ class WholeRows:
         if not len(rows) or all(-most <= values.min() and values.max() <= most for values, most in bounded):  # no NaN
             return block.columns, rows
         whole = np.logical_and.reduce([np.abs(values) <= most for values, most in bounded])
-        if self._drop:
-            return [values[whole] for values in block.columns], rows[whole]
         first = int(np.argmin(whole))
         n = next(n for n, (values, most) in enumerate(bounded) if not np.abs(values[first]) <= most)
-        raise self._bad(block.row + first, self._wanted[n], float(block.columns[n][first]))
+        row, column = block.row + first, self._wanted[n]
+        if self._drop:
+            if not self._dropped and GROUPED.fullmatch(text := self._table.text(row, column) or ""):
+                hint = "Write the numbers without a mark between thousands."
+                raise FricError(f"'{text}' has one of two values", where=self._table.place(row, column), hint=hint)
+            self._dropped = True
+            return [values[whole] for values in block.columns], rows[whole]
+        raise self._bad(row, column, float(block.columns[n][first]))
 
     def _bad(self, row: int, column: int, value: float) -> FricError:
         text, run = self._table.text(row, column), self._table.run(row, column)

@@ -46,7 +46,7 @@ from fric.results.kinds import (
     ResonancesLike,
 )
 from fric.series import doubles
-from fric.units import Motion, parse_gain, readable
+from fric.units import LARGEST_PEAK, Motion, parse_gain, readable
 from fric.verb import Kind, useless, verb
 
 HERTZ = "{:.4g} Hz"
@@ -334,7 +334,7 @@ def design_observer(
     wanted = quantity(cutoff, "frequency")
     if bandwidth:
         wanted = QFilter.of_bandwidth(filter, in_si(bandwidth, "frequency")).cutoff
-    allowed = parse_gain(peak_sensitivity, above=1.0)
+    allowed = parse_gain(peak_sensitivity, 1.0, LARGEST_PEAK)
     try:
         design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
     except FricError as error:
@@ -503,7 +503,7 @@ def design_block(
         logs = [measured_record(log, record, (axis, motion))]
         Delta, seen = perturbation_of(logs[0], document)
         warnings += seen
-    allowed = parse_gain(peak_sensitivity, above=1.0)
+    allowed = parse_gain(peak_sensitivity, 1.0, LARGEST_PEAK)
     setting = Setting(linear, cascade, friction=models.get("gms"), models=models, K_f=K_f, spans=spans)
     if joint:
         both = design_jointly(kind, setting, peak_sensitivity=allowed, perturbation=Delta)

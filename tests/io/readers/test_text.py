@@ -96,6 +96,22 @@ def test_a_delimiter_at_the_end_of_each_line_is_no_column(tmp_path):
     np.testing.assert_array_equal(columns, [[0.1, 0.2, 0.3], [2, 3, 4]])
 
 
+@pytest.mark.parametrize(
+    ("decimal", "mark"), [(".", ","), (".", " "), (".", "'"), (".", "\u202f"), (",", "."), (",", "’")]
+)
+def test_marks_between_thousands_are_read(tmp_path, decimal, mark):
+    """The first rows have none, as a position that begins at 0."""
+    path, values = tmp_path / "log.csv", [0.5, 999.25, 1000.5, -12345.75, 1234567.5]
+
+    def written(value):
+        return f"{value:,.2f}".translate({ord(","): mark, ord("."): decimal})
+
+    rows = "".join(f"{written(n / 10)};{written(value)};{n + 1}\n" for n, value in enumerate(values))
+    path.write_text("t;x;y\n" + rows, encoding="utf-8")
+    _, columns = read(path)
+    np.testing.assert_array_equal(columns[1], values)
+
+
 def test_columns_of_words_are_passed_over(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("state,time,x\nRUN,0.1,2\nRUN,0.2,3\nHOLD,0.3,4\n")

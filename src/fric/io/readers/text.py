@@ -35,6 +35,12 @@ _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE),
     ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE),
 }
+_GROUPS = {".": r"[,'’\s]", ",": r"[.'’\s]"}  # Marks between groups of three digits, by the mark of the fraction
+_GROUPED = {
+    mark: rf"[+-]?\d{{1,3}}(?:({of})\d{{3}}(?:\1\d{{3}})*\{mark}\d+|({of})\d{{3}}(?:\2\d{{3}})+|['’\s]\d{{3}})"
+    for mark, of in _GROUPS.items()
+}
+"""Numbers with them that have no other reading: 1,234 alone may have a fraction."""
 _KANJI = re.compile(rb"[\x81-\x9f][\x40-\xfc]")
 """Pairs of bytes of Japanese text, whose first are control characters in Latin-1."""
 _LINE_END = re.compile(r"\r\n|\n|\r")
@@ -711,6 +717,8 @@ def as_numbers(column: "pd.Series[Any]", decimal: str, unit: str | None = None) 
         return np.full(len(column), np.nan)
     if not pd.api.types.is_numeric_dtype(column):
         plain = column.astype("str").str.rstrip(" ;").str.removesuffix(unit or "")
+        if (grouped := plain.str.strip().str.fullmatch(_GROUPED[decimal]).eq(True)).any():
+            plain = plain.mask(grouped, plain.str.replace(_GROUPS[decimal], "", regex=True))
         if decimal == ",":
             plain = plain.astype("str").where(lambda text: ~text.str.contains(".", regex=False))
             plain = plain.str.replace(",", ".", regex=False)
