@@ -64,6 +64,16 @@ def test_the_interval_of_the_mean_holds_it(records: int, level: float, offset: f
     assert all(told) if level >= 0.05 else sum(told) <= 2 or level > 0.0
 
 
+def test_records_without_a_level_of_friction_have_no_scatter_of_it() -> None:
+    """The force has the wrong sign: no friction is found, and a scatter of it divided nothing by nothing."""
+    rng, v = np.random.default_rng(5), np.outer([-1.0, 1.0], np.geomspace(1e-4, 0.05, 8)).ravel()
+    forces = [-60.0 * np.sign(v) - 100.0 * v + 0.3 * rng.standard_normal(len(v)) for _ in range(3)]
+    tables = [ForceVelocity(v, F, error=np.full(len(v), 0.1), name=f"run {n}") for n, F in enumerate(forces)]
+    fit = identify_static(tables, Asked(delta=1.0, over_position="off"))
+    assert float(fit.static.estimates["F_c"]) == 0.0
+    assert "level" not in fit.between_records
+
+
 def test_the_scatter_of_records_is_in_the_fit_and_widens_what_five_alone_would_widen() -> None:
     fit = session(3, 5, 0.05, 2.0)
     assert 0.02 < float(fit.between_records["level"]) < 0.12

@@ -47,8 +47,7 @@ class Trial:
 
         ``accuracy`` as in `run_axis`; an excitation is integrated to the last digits: errors in its lines change A.
         """
-        accuracy = accuracy or (ACCURACY if len(self.reference) > LONG else 0.0)
-        accuracy = accuracy if self.excitation is None else 0.0
+        accuracy = (accuracy or ACCURACY * (len(self.reference) > LONG)) if self.excitation is None else 0.0
         return run_axis(axis, self.reference, excitation=self.excitation, began=began, accuracy=accuracy)
 
     def log(self, axis: Axis, run: Trace, seed: int = 0) -> Log:

@@ -61,8 +61,11 @@ def between_records(strokes: Strokes) -> Correction | None:
     member = np.array([[name == other for other in names] for name in of], float)
     columns = problem.jacobian(solution.theta)
     levels = {
-        name: solution.theta[name] * columns[:, [problem.free.index(name)]] for name in _LEVELS if name in problem.free
-    }
+        name: level for name in _LEVELS if name in problem.free
+        if (level := solution.theta[name] * columns[:, [problem.free.index(name)]]).any()
+    }  # fmt: skip
+    if not levels:  # of a friction that the strokes do not show
+        return None
     if not within:
         levels = {"friction": np.sum(list(levels.values()), axis=0)}
     kinds = [member * level for level in levels.values()]
