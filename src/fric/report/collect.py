@@ -299,11 +299,7 @@ class ReportInput:
         """Return the warnings of files, a run and the circles, and separately circles that differ from their
         prediction.
         """
-        several = len(self.axes()) > 1
-        notices = [
-            notice.at(f"axis {item.axis}") if several and not notice.where else notice
-            for item in self.items for notice in item.warnings
-        ]  # fmt: skip
+        notices = [notice for item in self.items for notice in item.warnings]
         circles = [notice for circle in self.circles for notice in circle.result.warnings]
         return notices + self.warned(test) + [circle for circle in circles if not flaw_of(circle).disagrees]
 
