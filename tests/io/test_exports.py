@@ -1,4 +1,4 @@
-"""Forms that drives, controls and serial monitors write: traces by variable, rows as channels, words around rows."""
+"""Forms that drives, controls and serial monitors write: traces by variable, words around rows."""
 
 from contextlib import closing
 from pathlib import Path
@@ -7,9 +7,11 @@ import h5py
 import numpy as np
 import pytest
 
+from fric.errors import FricError
 from fric.io.propose import proposal
 from fric.io.readers import tables
 from fric.io.readers.base import Column, ForeignTable
+from fric.io.roles import SURE
 from fric.io.words import spoken
 from tests.io.judge import open_roles
 from tests.io.test_roles import axis_of_a_drive, told, write
@@ -20,6 +22,56 @@ def table_of(path: Path) -> tuple[ForeignTable, list[np.ndarray]]:
         table = next(found)
         blocks = [block.columns for block in table.read(range(len(table.columns)))]
     return table, [np.concatenate(parts) for parts in zip(*blocks, strict=True)]
+
+
+def test_a_trace_of_codesys_has_a_column_a_variable(tmp_path: Path) -> None:
+    a, lines = axis_of_a_drive(), ["[key]; [value]", "Version; 0x03050000", "EveryNCycles; 1"]
+    for k, (name, of) in enumerate([("ActPos", "position"), ("ActVel", "velocity"), ("ActTorque", "current")]):
+        lines += [f"{k}.Variable; PLC_PRG.X.lr{name}", f"{k}.Class; 14", f"{k}.Data; "]
+        lines += [f"; {n + 2}; {value:.7g}" for n, value in enumerate(a[of])]
+    (path := tmp_path / "Application.Trace.csv").write_text("\n".join(lines) + "\n")
+    table, values = table_of(path)
+    assert [column.name for column in table.columns] == [
+        "time",
+        *(f"PLC_PRG.X.lr{n}" for n in ("ActPos", "ActVel", "ActTorque")),
+    ]
+    assert values[1] == pytest.approx(a["position"], abs=1e-6)
+    (axis,) = told(path)
+    assert {of: role.column for of, role in axis.roles.items()} == {"time": 0, "position": 1, "velocity": 2, "force": 3}
+    assert axis.roles["time"].unit == "ms"
+
+
+def test_a_trace_of_codesys_without_samples_is_refused(tmp_path: Path) -> None:
+    (path := tmp_path / "a.csv").write_text("[key]; [value]\n0.Variable; PLC_PRG.fPos\n0.Data; \n")
+    with pytest.raises(FricError, match="holds no"):
+        table_of(path)
+
+
+def test_signals_of_xml_that_repeat_their_clock(tmp_path: Path) -> None:
+    """As IndraWorks saves an oscilloscope: names and units as elements, values between bars."""
+    a, parts = axis_of_a_drive(), list[str]()
+    channels = [
+        ("Position feedback", "mm", a["position"]),
+        ("Velocity feedback", "mm/s", a["velocity"]),
+        ("Torque", "%", a["current"]),
+    ]
+    for name, unit, values in channels:
+        cells = ["|".join(f"{value:.6f}" for value in of) for of in (1e3 * a["t"], values)]
+        parts.append(f"<Signal><Name>{name}</Name><Unit>{unit}</Unit><XUnit>ms</XUnit><XValue>{cells[0]}</XValue>"
+                     f"<YValue>{cells[1]}</YValue></Signal>")  # fmt: skip
+    (path := tmp_path / "trace.xml").write_text(
+        f'<root xmlns="http://example.org/a"><Signals>{"".join(parts)}</Signals></root>'
+    )
+    table, _ = table_of(path)
+    assert {*table.columns} == {Column("time"), *(Column(name, unit) for name, unit, _ in channels)}
+    (axis,) = told(path)
+    assert axis.roles["time"].unit_likelihood > SURE
+    assert {of: role.unit for of, role in axis.roles.items()} == {
+        "time": "ms",
+        "position": "mm",
+        "velocity": "mm/s",
+        "force": "%",
+    }
 
 
 def test_lines_that_name_all_values_at_once_and_an_encoder_that_begins_again(tmp_path: Path) -> None:
@@ -123,6 +175,26 @@ def test_a_count_of_cycles_has_no_unit_of_time(tmp_path: Path) -> None:
     assert "time" in {role.channel for role in open_roles(axis)}
     assert axis.roles["time"].column == 0
     assert 'time: {column: "Sys.ServoCount", unit: "?"}' in proposal([path])
+
+
+def test_positions_in_whole_numbers_are_not_in_micrometres_for_sure(tmp_path: Path) -> None:
+    a, turn = axis_of_a_drive(), 65536 / (2.0 * np.pi)
+    counts = np.rint(turn * a["position"]), np.rint(turn * a["velocity"])
+    (axis,) = told(
+        write(tmp_path / "log.csv", "time_s;actual_position;actual_velocity;current_a", a["t"], *counts, a["current"])
+    )
+    assert {role.channel for role in open_roles(axis)} == {"position", "velocity"}
+    assert axis.roles["position"].unit_likelihood < 0.6
+
+
+def test_a_velocity_of_an_odrive_alone_is_in_turns_a_second(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    (axis,) = told(
+        write(
+            tmp_path / "log.csv", "time;vel_estimate;Iq_measured", a["t"], a["velocity"] / (2.0 * np.pi), a["current"]
+        )
+    )
+    assert axis.roles["velocity"].unit == "rev/s"
 
 
 def test_signals_of_a_struct_with_stamps_names_and_one_unit(tmp_path: Path) -> None:

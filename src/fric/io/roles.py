@@ -347,14 +347,11 @@ def _clock(data: Samples) -> Role:
     since_1970 = (u for u, size in TIME_UNITS.items() if 1e9 < stamps[0] * size < 2.5e9 and np.ptp(stamps) * size < 1e6)
     step = float(np.median(np.diff(stamps)))
     stated = (FILETIME if dated else "") or says.unit or next(since_1970, "")
-    counted = _COUNTS.search(data.columns[n].name) and np.all(stamps == np.rint(stamps))  # of an unknown length
+    counted = np.all(stamps == np.rint(stamps)) and re.search(r"(?i)(count(er)?|cycle|sample)s?$", data.columns[n].name)
     unit = stated or ("" if counted else _sure(time_units(step, len(stamps))))
     known = 1.0 if stated else 0.5 if data.columns[n].unit else 0.97  # where a header has one that is none, ask
     why = f"it rises {'with every row' if n in uneven else 'evenly'}"
     return Role("time", n, unit, sure, known if unit else 0.0, why)
-
-
-_COUNTS = re.compile(r"(?i)(count(er)?|samples?|cycles?|index)$")  # Ends a name of servo cycles, as ``ServoCount``
 
 
 def _sure(weights: Mapping[str, float]) -> str:
@@ -1007,7 +1004,7 @@ def _in_units(
             replace(reading, weight=reading.weight * weight) for unit, weight in clocks.items()
             for reading in readings(first, second, unit, factor, sizes, bool(p), bool(v))
         ]  # fmt: skip
-        found = [replace(reading, position=counted[0]) for reading in found] if counted else found
+        found = [replace(reading, position=counted[0]) for reading in found] if counted and not logged else found
         found = found if logged or not slope else _clocked(found, slope, len(t))
         return _weighed_by_names(found, data, said.get("force", nothing), p, v)
 
@@ -1027,6 +1024,8 @@ def _in_units(
         return None
     other = 0.0 if first.unit or second.unit else UNUSUAL * max(clocks.values())  # counts, a pitch, a gear
     other *= BY_CHANCE if factor else 1.0
+    counts = data.x[:, p.column] if p is not None and p.column is not None else np.full(1, np.nan)
+    other = total if np.all(counts == np.rint(counts)) and not (first.unit or second.unit) else other
     if factor and other > total:  # the velocity may be an acceleration, and the position its velocity
         roles = {name: replace(role, likelihood=min(role.likelihood, 0.8)) for name, role in roles.items()}
     total += other
@@ -1128,7 +1127,7 @@ def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken, *o
     of_rpm = {"rad/s"} if 0.5 < rpm < 10.5 and abs(rpm - round(rpm)) < ENCODER * rpm else set()
 
     def fits(reading: Reading) -> float:
-        weight = custom if usual in {reading.position, reading.velocity} else 1.0
+        weight = custom if usual in {reading.position, reading.velocity, reading.velocity.removesuffix("/s")} else 1.0
         weight *= SHOWN if reading.velocity in of_rpm else 1.0
         if step is None or reading.motion != "rotary":
             return weight

@@ -53,8 +53,8 @@ _AXIS = re.compile(
     r"(axis|axes?|achsen?|ass[ei]|ejes?|joints?)\((?P<number>\d+)\))"
 )
 """The name of a struct of an axis."""
-_VALUES, _UNIT = ("values", "value", "data", "signal"), ("unit", "units", "units_of_measure")
-_TIMES = ("time", "t", "timestamps", "timestamp")
+_VALUES, _UNIT = ("values", "value", "data", "signal", "yvalue"), ("unit", "units", "units_of_measure")
+_TIMES = ("time", "t", "timestamps", "timestamp", "xvalue")
 _OF_CELL = re.compile(r"(.+?\(\d+\))\.(.+)")  # A field of an element of a struct array
 _OF_STRUCT = re.compile(r"(.+)\.([^.()]+\(:,\d+\))")  # A column of a matrix in a struct
 _PARTED = re.compile(r"(?P<struct>.+)\.(?P<field>[^.()]+)|(?P<matrix>.+)\(:,(?P<line>\d+)\)")
@@ -296,7 +296,7 @@ def _titled(variables: Mapping[str, Any]) -> dict[str, Any]:
 
 def _lines_of(value: Any) -> list[Any]:
     """Return the columns of a matrix; none of any other value."""
-    if isinstance(value, np.ndarray) and value.ndim == 2 and _is_real(value):
+    if isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype.kind in "fiub":
         return [*(value if _lies(*value.shape[::-1]) else value.T)]
     is_matrix = isinstance(value, list) and all(isinstance(line, _DatasetLine) for line in value)
     return value if is_matrix else []
@@ -315,13 +315,8 @@ def _signal(value: Mapping[str, Any]) -> tuple[Any, Mapping[str, Any]] | None:
 
 
 def _is_vector(value: Any) -> bool:
-    """Return whether a value is a vector of more than one number."""
-    real = isinstance(value, _DatasetLine) or (isinstance(value, np.ndarray) and value.ndim == 1 and _is_real(value))
-    return real and len(value) > 1
-
-
-def _is_real(value: Any) -> bool:
-    return value.dtype.kind in "fiub"
+    array = isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub"
+    return (array or isinstance(value, _DatasetLine)) and len(value) > 1
 
 
 def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[str, str]) -> None:
@@ -329,9 +324,8 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
     if isinstance(value, Mapping):
         fields = {key.casefold(): key for key in value}
         data, unit = (next((value[fields[key]] for key in keys if key in fields), None) for keys in (_VALUES, _UNIT))
-        unit = unit if isinstance(unit, str) else ""
-        label, of = value.get("Name", value.get("label")), f" [{unit}]" if unit else ""
-        label = label if isinstance(label, str) else ""
+        label, unit = (text if isinstance(text, str) else "" for text in (value.get("Name", value.get("label")), unit))
+        of = f" [{unit}]" if unit else ""
         if (signal := _signal(value)) is not None:
             time, content = signal
             known = [other for key, other in columns.items() if key.endswith("time") and len(other) == len(time)]

@@ -1,4 +1,4 @@
-"""JSON, XML, NumPy's files, Octave's text and lines ``t=1 pos=2``: arrays by name, or records of the same fields.
+"""JSON, XML, NumPy's files, Octave's text, lines ``t=1 pos=2``: arrays by name, or records of the same fields.
 
 In XML a record is an element that is repeated, its fields are attributes or elements in it; or an element holds a list
 of numbers, under its ``name`` and ``unit``. Structs in each other are named as in MATLAB's files.
@@ -25,11 +25,15 @@ from fric.units import is_unit
 
 FORMAT = Format("JSON, XML, NumPy, Octave text, name=value", (".json", ".jsonl", ".ndjson", ".xml", ".npz", ".npy"))
 MOST_BYTES = 128 << 20  # Bytes of a file that are read at most: its values are held in memory as objects
-MOST_DEPTH, LEAST, LINES = 12, 3, 20  # Depth of structs; rows of a table at least; last lines of a head to look at
-_ROW = re.compile(rb"(?:-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?[\s,;\[\]]+){7}-?\d")  # Eight numbers in a row
+MOST_DEPTH, LEAST, LINES = (
+    12,
+    3,
+    20,
+)  # Depth of structs; rows of a table at least; last lines of a head to look at
+_ROW = re.compile(rb"(?:-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?[\s,;|\[\]]+){7}-?\d")  # Eight numbers in a row
 _FIELD, _NEXT = re.compile(rb":\s*-?\d"), re.compile(rb"\}\s*,?\s*\{")
 
-_OCTAVE = b"# Created by Octave"
+_OCTAVE, _CODESYS = b"# Created by Octave", b"[key]; [value]"
 _MATRIX = re.compile(r"# name: (.+)\n# type: (?:\w+ )?matrix\n# rows: .+\n# columns: ([1-9]\d{0,3})\n((?:[^#\n].*\n)*)")
 _RANGE = re.compile(r"# name: (.+)\n# type: (?:double_)?range\n# base, limit, increment\n(\S+) (\S+) (\S+)\n")
 _PAIR = re.compile(r"([A-Za-z_][\w.\[\]]{0,40})\s?[=:]\s?(-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)(?![\w:.])")
@@ -56,7 +60,7 @@ def _stamp(line: str) -> dict[str, str]:
 
 def recognises(path: Path, head: bytes) -> float:
     """It is JSON or XML by its first letters, and has arrays or records of numbers."""
-    if head.startswith((b"\x93NUMPY", _OCTAVE)) or (head.startswith(b"PK") and b".npy" in head[:300]):
+    if head.startswith((b"\x93NUMPY", _OCTAVE, _CODESYS)) or (head.startswith(b"PK") and b".npy" in head[:300]):
         return 1.0
     head = head.lstrip(b"\xef\xbb\xbf \r\n\t")
     found = bool(_ROW.search(head))
@@ -120,6 +124,11 @@ def _of_text(path: Path, changed: int, size: int) -> Any:
     text = path.read_text(encoding="utf-8-sig", errors="replace")
     if text.startswith(_OCTAVE.decode()):
         return _of_octave(text)
+    if text.startswith(_CODESYS.decode()):
+        parts = re.split(r"(?m)^\d+\.Variable; *(.*?) *$", text)[1:]  # names, and samples below each
+        cells = (re.findall(r"(?m)^; *([^;\s]+); *([^;\s]+)", part) for part in parts[1::2])
+        data = (np.array([[*map(number, pair)] for pair in of]).reshape(-1, 2).T for of in cells)
+        return {name: {"Name": name, "time": t, "value": y} for name, (t, y) in zip(parts[::2], data, strict=True)}
     found = [_stamp(line) | dict(_pairs(line)) for line in (text.splitlines() if text.lstrip()[:1] != "{" else ())]
     if 2 * sum(len(row) > 1 for row in found) > len(found):
         last = next((line for line in reversed(text.splitlines()) if len(_pairs(line)) > 1), "")
@@ -198,20 +207,27 @@ def _leaves(record: Mapping[str, Any], before: str = "", depth: int = 0) -> Iter
 
 def _of_xml(root: Element) -> Mapping[str, Any]:
     """Return the records of the element that is repeated most, by what holds them; else elements with many numbers."""
-    lists = {}
+    lists, signals = dict[str, Any](), dict[str, Any]()
     for n, element in enumerate(root.iter()):
-        cells = re.split(r"[\s,;]+", (element.text or "").strip())
-        if len(cells) >= LEAST and np.isfinite(values := np.array([number(text) for text in cells])).all():
+        if (values := _list_in(element)) is not None:
             name, unit = element.get("name") or element.tag, element.get("unit")
             name = f"{name} {n}" if name in lists else name
             lists[f"{name} [{unit}]" if unit else name] = values
+        parts = {e.tag.rpartition("}")[2]: (e.text or "") if (of := _list_in(e)) is None else of for e in element}
+        if sum(isinstance(part, np.ndarray) for part in parts.values()) == 2:  # a signal with its clock
+            signals[f"signal({n})"] = parts
     holders = [(holder, _records(holder)) for holder in root.iter()]
     most = max((len(rows) for _, rows in holders), default=0)
     if lists or most < LEAST:
-        return lists
+        return signals if len(signals) > 1 else lists
     found = [_columns(rows) for _, rows in holders if len(rows) > most // 10 and len(rows) >= LEAST]
     about = {name: text for holder, _ in holders for name, text in holder.attrib.items() if name.startswith("unit_")}
     return found[0] | about if len(found) == 1 else {f"{root.tag}({n})": table for n, table in enumerate(found, 1)}
+
+
+def _list_in(element: Element) -> Real | None:
+    values = np.array([number(text) for text in re.split(r"[\s,;|]+", (element.text or "").strip())])
+    return values if len(values) >= LEAST and np.isfinite(values).all() else None
 
 
 def _records(holder: Element) -> Sequence[Mapping[str, Any]]:
