@@ -17,25 +17,17 @@ from fric.simulate.processes import MonteCarlo
 
 @dataclass(frozen=True)
 class Predicted:
-    """Prediction of one scheme on machines drawn from the uncertainty of the identified machine.
+    """Prediction of one scheme on machines drawn from the uncertainty of the identified machine."""
 
-    glitch: median of the largest glitch over the machines that were drawn [m]
-    ci95: its range on 95 % of them, the encoder's step included; null where a loop is not stable [m]
-    under: what 95 % of the machines stay under [m]
-    quadrants: 95 % interval of the signed glitch [m]
-    axes: 95 % interval of the largest glitch at the two reversals of an axis that was run [m]
-    unstable: share of the machines on which the loop is not stable
-    why: why it must not be trusted
-    distrust: which of these reasons hold for this scheme alone
-    """
-
-    glitch: float
-    ci95: Interval
-    under: float
-    quadrants: Mapping[str, Interval]
+    glitch: float  #: Median of the largest glitch over the machines that were drawn [m]
+    ci95: Interval  #: Its range on 95 % of them, the encoder's step included; null where a loop is not stable [m]
+    under: float  #: What 95 % of the machines stay under [m]
+    quadrants: Mapping[str, Interval]  #: 95 % interval of the signed glitch [m]
+    #: 95 % interval of the largest glitch at the two reversals of an axis that was run [m]
     axes: Mapping[str, Interval]
-    unstable: float = 0.0
-    why: tuple[Notice, ...] = field(default=(), metadata=STAYS)
+    unstable: float = 0.0  #: Share of the machines on which the loop is not stable
+    why: tuple[Notice, ...] = field(default=(), metadata=STAYS)  #: Why it must not be trusted
+    #: Which of these reasons hold for this scheme alone
     distrust: tuple[Notice, ...] = field(default=(), metadata=STAYS)
 
     @property
@@ -46,27 +38,18 @@ class Predicted:
 
 @dataclass(frozen=True)
 class Prediction:
-    """Predictions of schemes on the circle, and whether they may be trusted.
+    """Predictions of schemes on the circle, and whether they may be trusted."""
 
-    radius, feed: the circle [m], [m/s]
-    axes: that were run; another follows its reference exactly
-    machines: that were drawn
-    resolution: step of the coarsest encoder: no smaller difference is seen [m]
-    measured: measured circles that every machine was made to agree with
-    schemes: by name
-    widened: by axis, what widened the intervals beyond those of the parameters
-    distrust: why no interval must be trusted
-    """
-
-    radius: float
+    radius: float  #: radius, feed: the circle [m], [m/s]
     feed: float
-    axes: tuple[str, ...]
-    machines: int
-    resolution: float
-    measured: tuple[str, ...]
-    schemes: Mapping[str, Predicted]
+    axes: tuple[str, ...]  #: That were run; another follows its reference exactly
+    machines: int  #: That were drawn
+    resolution: float  #: Step of the coarsest encoder: no smaller difference is seen [m]
+    measured: tuple[str, ...]  #: Measured circles that every machine was made to agree with
+    schemes: Mapping[str, Predicted]  #: By name
+    #: By axis, what widened the intervals beyond those of the parameters
     widened: Mapping[str, tuple[Notice, ...]] = field(default_factory=dict)
-    distrust: tuple[Notice, ...] = ()
+    distrust: tuple[Notice, ...] = ()  #: Why no interval must be trusted
 
     def trusted(self, scheme: str) -> bool:
         """Return whether the interval of a scheme may be trusted."""

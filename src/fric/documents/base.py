@@ -16,6 +16,7 @@ from dataclasses import Field as DataclassField
 from functools import cache, reduce
 from hashlib import sha256
 from inspect import cleandoc, getdoc
+from linecache import getlines
 from math import inf, isfinite
 from operator import attrgetter, or_
 from pathlib import Path
@@ -637,17 +638,29 @@ def described_fields(kind: type[Any]) -> tuple[str, dict[str, str]]:
     """Return the description of a class, the first paragraph of its docstring, and a sentence for each field.
 
     A field is described below ``Parameters``, as in NumPy, or in a line ``name: …``; several of one line have commas
-    between them.
+    between them. Or it is described on its line behind ``#:``, or in such lines above it, as Sphinx reads them.
     """
     text, texts = getdoc(kind) or "", dict[str, str]()
     for base in reversed(kind.__mro__[:-1]):
         doc = cleandoc(base.__doc__ or "")
         below = doc.partition("Parameters\n-")[2]
         found = re.findall(r"^(\w+(?:, \w+)*)\n((?:    .*\n?)+)", below, re.MULTILINE)
-        for names, body in found or re.findall(r"^(\w+(?:, \w+)*): (.+\n?(?:    .*\n?)*)", doc, re.MULTILINE):
+        found = found or re.findall(r"^(\w+(?:, \w+)*): (.+\n?(?:    .*\n?)*)", doc, re.MULTILINE)
+        for names, body in [*found, *_beside(base)]:
             sentence = re.split(r"\.(?: |$)", " ".join(body.split()))[0]
             texts |= {name: sentence[0].lower() + sentence[1:] for name in names.split(", ")}
     return text.partition("\n\n")[0], texts
+
+
+def _beside(kind: type[Any]) -> Iterator[tuple[str, str]]:
+    """Yield what the source of a class says beside its fields behind ``#:``: of which, and the text."""
+    file = getattr(sys.modules[kind.__module__], "__file__", None) or ""
+    own = re.search(rf"^class {kind.__name__}\b.*\n(?:(?: .*)?\n)*", "".join(getlines(file)), re.MULTILINE)
+    lines = re.findall(r"((?:^    #: .*\n)*)^    (\w+): .*?(  #: .*)?$", own[0] if own else "", re.MULTILINE)
+    for above, name, behind in lines:
+        if text := " ".join((above + behind).replace("#:", "").split()):
+            several = re.match(r"(\w+(?:, \w+)+): (.*)", text)
+            yield (several[1], several[2]) if several else (name, text)
 
 
 def again(kind: Any, given: Any) -> Any:

@@ -195,14 +195,12 @@ class Transmission:
 
     Here s is the direction. The stiffness uses the whole force: inertia and friction of the motor do not pass through
     the transmission, which is softer by their share of the force.
-
-    lost_motion: width h of the hysteresis between both encoders, backlash and wind-up together [m]
-    stiffness: force over wind-up, at most; null where force and direction do not separate [N/m]
-    wind_up: difference over the range of the force (1 % to 99 %), at least; null likewise [m]
     """
 
-    lost_motion: Estimate
+    lost_motion: Estimate  #: Width h of the hysteresis between both encoders, backlash and wind-up together [m]
+    #: Force over wind-up, at most; null where force and direction do not separate [N/m]
     stiffness: Estimate | None = None
+    #: Difference over the range of the force (1 % to 99 %), at least; null likewise [m]
     wind_up: Estimate | None = None
 
 

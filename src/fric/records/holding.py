@@ -25,20 +25,14 @@ UNEVEN = 0.5  # Least range of the intervals of an event-driven clock (10 % to 9
 
 @dataclass(frozen=True)
 class HoldingMap:
-    """Friction and load from holding forces, ``F = load(z) ± level(z)`` by the direction of approach.
+    """Friction and load from holding forces, ``F = load(z) ± level(z)`` by the direction of approach."""
 
-    level: half the difference of there and back, the mean over places: friction at rest, of Coulomb's to the static [N]
-    load: half their sum, the mean over places: gravity, an offset [N]
-    varies: standard deviation of the load over places: cogging, a cable [N]
-    points: rows
-    length: over which places reach [m]
-    """
-
+    #: Half the difference of there and back, the mean over places: friction at rest, of Coulomb's to the static [N]
     level: Estimate
-    load: Estimate
-    varies: float
-    points: int
-    length: float
+    load: Estimate  #: Half their sum, the mean over places: gravity, an offset [N]
+    varies: float  #: Standard deviation of the load over places: cogging, a cable [N]
+    points: int  #: Rows
+    length: float  #: Over which places reach [m]
 
 
 def passes_of(position: Real) -> list[slice]:

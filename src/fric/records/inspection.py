@@ -259,51 +259,35 @@ class Use:
 
 @dataclass(frozen=True)
 class Channel:
-    """Content of a channel, in its SI unit.
+    """Content of a channel, in its SI unit."""
 
-    unit: its SI unit
-    low, high: least and greatest value
-    step: of the lattice that its values lie on
-    clipped: samples at which a force or an input is stuck at its extreme
-    """
-
-    unit: str
-    low: float
+    unit: str  #: Its SI unit
+    low: float  #: low, high: least and greatest value
     high: float
-    step: float | None
-    clipped: int = 0
+    step: float | None  #: Of the lattice that its values lie on
+    clipped: int = 0  #: Samples at which a force or an input is stuck at its extreme
 
 
 @dataclass(frozen=True)
 class Gap:
-    """Missing samples.
+    """Missing samples."""
 
-    time: before them [s]
-    intervals: sampling intervals that the gap is long
-    """
-
-    time: float
-    intervals: float
+    time: float  #: Before them [s]
+    intervals: float  #: Sampling intervals that the gap is long
 
 
 @dataclass(frozen=True, kw_only=True)
 class InspectedRecord:
-    """Content common to all records.
-
-    kind: the experiment that it is
-    stated: whether the record states it, else it is recognised
-    uses: its possible uses, and others with the reason why not
-    warnings: flaws of its clock, its encoder, its strokes
-    """
+    """Content common to all records."""
 
     name: str
     source: str
     axis: str
     motion: Motion
-    kind: Kind
-    stated: bool
-    uses: tuple[Use, ...] = ()
-    warnings: tuple[Notice, ...] = ()
+    kind: Kind  #: The experiment that it is
+    stated: bool  #: Whether the record states it, else it is recognised
+    uses: tuple[Use, ...] = ()  #: Its possible uses, and others with the reason why not
+    warnings: tuple[Notice, ...] = ()  #: Flaws of its clock, its encoder, its strokes
 
     @classmethod
     def of(cls, record: Record, **found: Any) -> Self:
@@ -313,45 +297,27 @@ class InspectedRecord:
 
 @dataclass(frozen=True, kw_only=True)
 class Inspection(InspectedRecord):
-    """Content of a record in time.
-
-    duration: from the first sample to the last [s]
-    sampling: by the median interval [Hz]
-    jitter: standard deviation of the sampling intervals, gaps left out [s]
-    channels: by name, what each holds
-    gaps: where samples are missing
-    stretches: at constant velocity
-    speeds: of the stretches, those within three per cent as one [m/s]
-    swing: largest root mean square of the velocity about its mean in a stretch, over that mean; 0 where none swings
-    sine: that the motion follows, where it does
-    reversals: samples at which the motion reverses
-    rise: share of the stroke that the force takes to come up after a reversal
-    excites: whether the motion separates mass, viscous and Coulomb friction
-    slope: least slope of the branches between reversals, over their mean; null without force
-    energy: lost per cycle of the logged force; null without cycles
-    transmission: between two encoders; null without
-    holding: forces at places where the axis holds; null of other kinds
-    dropped: samples that were left out when the record was ingested
-    """
+    """Content of a record in time."""
 
     samples: int
-    duration: float
-    sampling: float | None
-    jitter: float
-    channels: dict[str, Channel]
-    gaps: tuple[Gap, ...] = ()
-    stretches: tuple[Segment, ...] = ()
-    speeds: tuple[float, ...] = ()
+    duration: float  #: From the first sample to the last [s]
+    sampling: float | None  #: By the median interval [Hz]
+    jitter: float  #: Standard deviation of the sampling intervals, gaps left out [s]
+    channels: dict[str, Channel]  #: By name, what each holds
+    gaps: tuple[Gap, ...] = ()  #: Where samples are missing
+    stretches: tuple[Segment, ...] = ()  #: At constant velocity
+    speeds: tuple[float, ...] = ()  #: Of the stretches, those within three per cent as one [m/s]
+    #: Largest root mean square of the velocity about its mean in a stretch, over that mean; 0 where none swings
     swing: float = 0.0
-    sine: Sine | None = None
-    reversals: tuple[int, ...] = ()
-    rise: float | None = None
-    excites: bool = False
-    slope: float | None = None
-    energy: Estimate | None = None
-    transmission: Transmission | None = None
-    holding: HoldingMap | None = None
-    dropped: int = 0
+    sine: Sine | None = None  #: That the motion follows, where it does
+    reversals: tuple[int, ...] = ()  #: Samples at which the motion reverses
+    rise: float | None = None  #: Share of the stroke that the force takes to come up after a reversal
+    excites: bool = False  #: Whether the motion separates mass, viscous and Coulomb friction
+    slope: float | None = None  #: Least slope of the branches between reversals, over their mean; null without force
+    energy: Estimate | None = None  #: Lost per cycle of the logged force; null without cycles
+    transmission: Transmission | None = None  #: Between two encoders; null without
+    holding: HoldingMap | None = None  #: Forces at places where the axis holds; null of other kinds
+    dropped: int = 0  #: Samples that were left out when the record was ingested
 
     @property
     def encoder_step(self) -> float | None:
@@ -361,38 +327,25 @@ class Inspection(InspectedRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class ResponseInspection(InspectedRecord):
-    """Content of a measured frequency response.
+    """Content of a measured frequency response."""
 
-    points: frequencies
-    low: [Hz]
-    high: [Hz]
-    coherence: the least; null where none was measured
-    """
-
-    points: int
-    low: float
-    high: float
-    coherence: float | None
+    points: int  #: Frequencies
+    low: float  #: [Hz]
+    high: float  #: [Hz]
+    coherence: float | None  #: The least; null where none was measured
 
 
 @dataclass(frozen=True, kw_only=True)
 class TableInspection(InspectedRecord):
-    """Content of a table of mean forces at velocities.
+    """Content of a table of mean forces at velocities."""
 
-    points: rows that move
-    directions: of motion that there are
-    slowest, fastest: speed [m/s]
-    weakest, strongest: size of a force [N]
-    columns: that there are
-    """
-
-    points: int
-    directions: Literal[0, 1, 2]
-    slowest: float
+    points: int  #: Rows that move
+    directions: Literal[0, 1, 2]  #: Of motion that there are
+    slowest: float  #: slowest, fastest: speed [m/s]
     fastest: float
-    weakest: float
+    weakest: float  #: weakest, strongest: size of a force [N]
     strongest: float
-    columns: tuple[str, ...]
+    columns: tuple[str, ...]  #: That there are
 
 
 def inspect_response(record: FrequencyResponse) -> ResponseInspection:

@@ -105,20 +105,14 @@ def _levels(x: Real, within: float) -> tuple[float, Indices] | None:
 
 @dataclass(frozen=True)
 class Sine:
-    """A sine that a motion follows, ``z = z_0 + v_0·t + amplitude·sin(2π·frequency·t + phase)``.
+    """A sine that a motion follows, ``z = z_0 + v_0·t + amplitude·sin(2π·frequency·t + phase)``."""
 
-    amplitude: of the position: half the travel between reversals, where it does (friction flattens the crests) [m]
-    frequency: [Hz]
-    mean_velocity: velocity v_0 that it rides on [m/s]
-    cycles: at full amplitude
-    explained: share of the variance about the line that it explains
-    """
-
+    #: Of the position: half the travel between reversals, where it does (friction flattens the crests) [m]
     amplitude: float
-    frequency: float
-    mean_velocity: float
-    cycles: float
-    explained: float
+    frequency: float  #: [Hz]
+    mean_velocity: float  #: Velocity v_0 that it rides on [m/s]
+    cycles: float  #: At full amplitude
+    explained: float  #: Share of the variance about the line that it explains
 
     @property
     def reversals(self) -> bool:

@@ -201,22 +201,15 @@ ALIKE_OVER_PLACE = 0.8  # Least correlation of the forces of both ways over the 
 
 @dataclass(frozen=True)
 class Segment:
-    """Samples ``start`` up to ``stop`` of a record, at constant velocity and with the friction force settled.
+    """Samples ``start`` up to ``stop`` of a record, at constant velocity and with the friction force settled."""
 
-    start: first sample
-    stop: the sample after the last
-    velocity: by regression of position on time, or the mean where no position was logged [m/s]
-    velocity_se: its standard error, which allows for autocorrelation [m/s]
-    onset: first sample at constant velocity; from there to ``start`` the force was settling
-    settled: false where the force had not settled when half of the segment was given up
-    """
-
-    start: int
-    stop: int
-    velocity: float
-    velocity_se: float
+    start: int  #: First sample
+    stop: int  #: The sample after the last
+    velocity: float  #: By regression of position on time, or the mean where no position was logged [m/s]
+    velocity_se: float  #: Its standard error, which allows for autocorrelation [m/s]
+    #: First sample at constant velocity; from there to ``start`` the force was settling
     onset: int = field(metadata=STAYS)
-    settled: bool = True
+    settled: bool = True  #: False where the force had not settled when half of the segment was given up
 
     def __len__(self) -> int:
         return self.stop - self.start

@@ -289,16 +289,11 @@ APPROACH = 20.0  # Time that the begin of a motion is approached in, from the ot
 
 @dataclass(frozen=True)
 class Limits:
-    """What an axis may do.
+    """What an axis may do."""
 
-    stroke: length that it may travel [m]
-    feed: largest speed [m/s]
-    acceleration: largest acceleration [m/s²]
-    """
-
-    stroke: Annotated[float, "position"]
-    feed: Annotated[float, "velocity"]
-    acceleration: Annotated[float, "acceleration"]
+    stroke: Annotated[float, "position"]  #: Length that it may travel [m]
+    feed: Annotated[float, "velocity"]  #: Largest speed [m/s]
+    acceleration: Annotated[float, "acceleration"]  #: Largest acceleration [m/s²]
 
     def __post_init__(self) -> None:
         require_within(self, "the axis", stroke="(0, inf)", feed="(0, inf)", acceleration="(0, inf)")
@@ -316,16 +311,11 @@ class Limits:
 
 @dataclass(frozen=True)
 class Planned:
-    """One experiment of a plan.
+    """One experiment of a plan."""
 
-    kind: A kind of record, or ``circle``.
-    settings: Its settings, as `fric.simulate.experiment` takes them, in SI.
-    why: Its purpose.
-    """
-
-    kind: str
-    settings: Mapping[str, Setting]
-    why: str
+    kind: str  # A kind of record, or ``circle``
+    settings: Mapping[str, Setting]  # Its settings, as `fric.simulate.experiment` takes them, in SI
+    why: str  # Its purpose
 
     def trials(self, axis: Axis) -> list[Trial]:
         """Return the motion of the axis, one trial a record; a circle has two axes, and no trial."""
@@ -349,19 +339,13 @@ class Expected:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The experiments to run, and the intervals expected of them.
+    """The experiments to run, and the intervals expected of them."""
 
-    axis: The axis as known beforehand.
-    limits: What it may do.
-    planned, lasting: The experiments, and how long each lasts [s].
-    expected: Expected intervals, by parameter.
-    """
-
-    axis: Axis
-    limits: Limits
-    planned: Sequence[Planned]
+    axis: Axis  # The axis as known beforehand
+    limits: Limits  # What it may do
+    planned: Sequence[Planned]  # planned, lasting: The experiments, and how long each lasts [s]
     lasting: Sequence[float]
-    expected: Mapping[str, Expected]
+    expected: Mapping[str, Expected]  # Expected intervals, by parameter
 
 
 @dataclass(frozen=True)

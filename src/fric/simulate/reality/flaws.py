@@ -33,41 +33,29 @@ class Cogging(Bounded, of="cogging", signed=True, positive=("pitch",)):
     """A force of the motor over position.
 
     It is ``force·sin(2π·z/pitch + phase)``, against positive motion.
-
-    force: Amplitude [N].
-    pitch: Period [m].
-    phase: Phase at position 0 [rad].
     """
 
-    force: Annotated[float, "force"]
-    pitch: Annotated[float, "position"]
-    phase: Annotated[float, "angle"] = 0.0
+    force: Annotated[float, "force"]  #: Amplitude [N]
+    pitch: Annotated[float, "position"]  #: Period [m]
+    phase: Annotated[float, "angle"] = 0.0  #: Phase at position 0 [rad]
 
 
 class Wave(Bounded, of="waves", signed=True, positive=("pitch",), share="amplitude"):
     """A wave of the friction's level over position.
 
     The level varies by the factor ``1 + amplitude·sin(2π·z/pitch + phase)``.
-
-    amplitude: Relative amplitude [1].
-    pitch: Period [m].
-    phase: Phase at position 0 [rad].
     """
 
-    amplitude: Annotated[float, "ratio"]
-    pitch: Annotated[float, "position"]
-    phase: Annotated[float, "angle"] = 0.0
+    amplitude: Annotated[float, "ratio"]  #: Relative amplitude [1]
+    pitch: Annotated[float, "position"]  #: Period [m]
+    phase: Annotated[float, "angle"] = 0.0  #: Phase at position 0 [rad]
 
 
 class Direction(Bounded, of="direction", positive=("level",)):
-    """Friction of the negative direction, over that of the positive direction.
+    """Friction of the negative direction, over that of the positive direction."""
 
-    level: Of F_c and F_s [1].
-    viscous: Of sigma [1].
-    """
-
-    level: Annotated[float, "ratio"] = 1.0
-    viscous: Annotated[float, "ratio"] = 1.0
+    level: Annotated[float, "ratio"] = 1.0  #: Of F_c and F_s [1]
+    viscous: Annotated[float, "ratio"] = 1.0  #: Of sigma [1]
 
 
 class Dwell(Bounded, of="dwell", positive=("time", "distance")):
@@ -75,28 +63,21 @@ class Dwell(Bounded, of="dwell", positive=("time", "distance")):
 
     The age θ follows the ageing law of rate-and-state friction, ``dθ/dt = 1 - θ·|v|/distance`` (A. Ruina, Journal of
     Geophysical Research 88, 1983, p. 10359): at rest it is the time of rest, in sliding ``distance/|v|``.
-
-    growth: Growth for each factor e of the age [1].
-    time: Age from which it counts [s].
-    distance: Sliding that renews the contact [m].
     """
 
-    growth: Annotated[float, "ratio"]
-    time: Annotated[float, "time"]
-    distance: Annotated[float, "position"]
+    growth: Annotated[float, "ratio"]  #: Growth for each factor e of the age [1]
+    time: Annotated[float, "time"]  #: Age from which it counts [s]
+    distance: Annotated[float, "position"]  #: Sliding that renews the contact [m]
 
 
 class Drift(Bounded, of="drift", signed=True, positive=("time",)):
     """A factor that changes from 1 to 1 + amount.
 
     It does so while the machine runs, as ``1 + amount·(1 - exp(-t/time))``.
-
-    amount: Its final value, less 1 [1].
-    time: Time constant, from the first experiment of a session [s].
     """
 
-    amount: Annotated[float, "ratio"]
-    time: Annotated[float, "time"]
+    amount: Annotated[float, "ratio"]  #: Its final value, less 1 [1]
+    time: Annotated[float, "time"]  #: Time constant, from the first experiment of a session [s]
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -104,111 +85,71 @@ class Drift(Bounded, of="drift", signed=True, positive=("time",)):
 
 
 class ForceChannel(Bounded, of="force", positive=("filter",)):
-    """What the drive makes of the force before it logs it.
+    """What the drive makes of the force before it logs it."""
 
-    lag: Time by which it is late against position and voltage [s].
-    filter: Corner of a first-order low-pass [Hz], at the controller's rate.
-    step: Step in which it is logged, as one of the motor's current [N].
-    """
-
-    lag: Annotated[float, "time"] = 0.0
-    filter: Annotated[float, "frequency"] = inf
-    step: Annotated[float, "force"] = 0.0
+    lag: Annotated[float, "time"] = 0.0  #: Time by which it is late against position and voltage [s]
+    filter: Annotated[float, "frequency"] = inf  #: Corner of a first-order low-pass [Hz], at the controller's rate
+    step: Annotated[float, "force"] = 0.0  #: Step in which it is logged, as one of the motor's current [N]
 
 
 class Clock(Bounded, of="clock", share="lost"):
-    """Instants of the samples.
+    """Instants of the samples."""
 
-    jitter: Standard deviation of the instants [s], around even ones.
-    lost: Share of the samples that is lost at random [1].
-    position: Time by which the position is logged late [s], against the clock.
-    input: Time by which the voltage is logged late [s], against the clock.
-    stamped: Whether the logged time shows jitter and loss. Else it is evenly spaced.
-    """
-
-    jitter: Annotated[float, "time"] = 0.0
-    lost: Annotated[float, "ratio"] = 0.0
-    position: Annotated[float, "time"] = 0.0
-    input: Annotated[float, "time"] = 0.0
-    stamped: bool = True
+    jitter: Annotated[float, "time"] = 0.0  #: Standard deviation of the instants [s], around even ones
+    lost: Annotated[float, "ratio"] = 0.0  #: Share of the samples that is lost at random [1]
+    position: Annotated[float, "time"] = 0.0  #: Time by which the position is logged late [s], against the clock
+    input: Annotated[float, "time"] = 0.0  #: Time by which the voltage is logged late [s], against the clock
+    stamped: bool = True  #: Whether the logged time shows jitter and loss. Else it is evenly spaced.
 
 
 class NoiseColour(Bounded, of="noise", positive=("corner",)):
     """Noise of the logged force that remembers.
 
     It is white noise behind a first-order low-pass.
-
-    force: Root mean square [N].
-    corner: Corner of the low-pass that it is behind [Hz].
     """
 
-    force: Annotated[float, "force"]
-    corner: Annotated[float, "frequency"]
+    force: Annotated[float, "force"]  #: Root mean square [N]
+    corner: Annotated[float, "frequency"]  #: Corner of the low-pass that it is behind [Hz]
 
 
 class Interpolation(Bounded, of="encoder", signed=True, positive=("pitch",)):
     """Sub-divisional error of the encoder.
 
     Its reading is ``z + error·sin(2π·z/pitch + phase)``, in whole steps.
-
-    error: Amplitude [m].
-    pitch: Pitch of the scale's lines [m].
-    phase: Phase at position 0 [rad].
     """
 
-    error: Annotated[float, "position"]
-    pitch: Annotated[float, "position"]
-    phase: Annotated[float, "angle"] = 0.0
+    error: Annotated[float, "position"]  #: Amplitude [m]
+    pitch: Annotated[float, "position"]  #: Pitch of the scale's lines [m]
+    phase: Annotated[float, "angle"] = 0.0  #: Phase at position 0 [rad]
 
 
 @typed
 class Excitation(Bounded, of="multisine", positive=("lowest", "highest")):
-    """How the multisine of a frequency response is made.
+    """How the multisine of a frequency response is made."""
 
-    lines: Frequencies.
-    lowest: First frequency; all are its multiples [Hz].
-    highest: Last frequency [Hz].
-    mean: Mean speed [m/s].
-    peak: Peak speed of the multisine; half the mean where left out [m/s].
-    """
-
-    lines: int
-    lowest: Annotated[float, "frequency"]
-    highest: Annotated[float, "frequency"]
-    mean: Annotated[float, "velocity"] = 30e-3
-    peak: Annotated[float, "velocity"] = 0.0
+    lines: int  #: Frequencies
+    lowest: Annotated[float, "frequency"]  #: First frequency; all are its multiples [Hz]
+    highest: Annotated[float, "frequency"]  #: Last frequency [Hz]
+    mean: Annotated[float, "velocity"] = 30e-3  #: Mean speed [m/s]
+    peak: Annotated[float, "velocity"] = 0.0  #: Peak speed of the multisine; half the mean where left out [m/s]
 
 
 @typed
 class Reality(Bounded, of="reality", signed=True):
-    """Properties of the axis beyond the model: simulated in logs and circles, never in nominal models.
+    """Properties of the axis beyond the model: simulated in logs and circles, never in nominal models."""
 
-    force: resolution, lag and clipping of the logged force
-    clock: jitter and lost samples of the log
-    noise: how the noise of the log is coloured
-    encoder: error of the encoder between two of its lines
-    cogging: forces of the motor over position
-    waves: waves of the friction's level over position
-    direction: by what friction differs in the negative direction
-    gravity: a constant force against positive motion [N]
-    dwell: by what friction at rest rises with time
-    friction: drift of the level of friction
-    force_constant: drift of the motor's force per volt; the drive keeps its first value
-    multisine: excitation of the frequency response
-    """
-
-    force: ForceChannel = field(default_factory=ForceChannel)
-    clock: Clock = field(default_factory=Clock)
-    noise: NoiseColour | None = None
-    encoder: Interpolation | None = None
-    cogging: tuple[Cogging, ...] = ()
-    waves: tuple[Wave, ...] = ()
-    direction: Direction = field(default_factory=Direction)
-    gravity: Annotated[float, "force"] = 0.0
-    dwell: Dwell | None = None
-    friction: Drift | None = None
-    force_constant: Drift | None = None
-    multisine: Excitation | None = None
+    force: ForceChannel = field(default_factory=ForceChannel)  #: Resolution, lag and clipping of the logged force
+    clock: Clock = field(default_factory=Clock)  #: Jitter and lost samples of the log
+    noise: NoiseColour | None = None  #: How the noise of the log is coloured
+    encoder: Interpolation | None = None  #: Error of the encoder between two of its lines
+    cogging: tuple[Cogging, ...] = ()  #: Forces of the motor over position
+    waves: tuple[Wave, ...] = ()  #: Waves of the friction's level over position
+    direction: Direction = field(default_factory=Direction)  #: By what friction differs in the negative direction
+    gravity: Annotated[float, "force"] = 0.0  #: A constant force against positive motion [N]
+    dwell: Dwell | None = None  #: By what friction at rest rises with time
+    friction: Drift | None = None  #: Drift of the level of friction
+    force_constant: Drift | None = None  #: Drift of the motor's force per volt; the drive keeps its first value
+    multisine: Excitation | None = None  #: Excitation of the frequency response
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -222,22 +163,14 @@ class Reality(Bounded, of="reality", signed=True):
 
 
 class SecondMass(Bounded, of="second_mass", positive=("mass", "stiffness")):
-    """A table on a spring behind the motor, instead of one rigid mass.
+    """A table on a spring behind the motor, instead of one rigid mass."""
 
-    mass: Of the table, a part of the moving mass [kg].
-    stiffness: Of the spring [N/m].
-    damping: Beside the spring [N·s/m].
-    backlash: Play from flank to flank [m].
-    encoder: Where it is: motor or table.
-    friction: Where it acts: motor or table.
-    """
-
-    mass: Annotated[float, "mass"]
-    stiffness: Annotated[float, "stiffness"]
-    damping: Annotated[float, "viscous"] = 0.0
-    backlash: Annotated[float, "position"] = 0.0
-    encoder: str = "motor"
-    friction: str = "table"
+    mass: Annotated[float, "mass"]  #: Of the table, a part of the moving mass [kg]
+    stiffness: Annotated[float, "stiffness"]  #: Of the spring [N/m]
+    damping: Annotated[float, "viscous"] = 0.0  #: Beside the spring [N·s/m]
+    backlash: Annotated[float, "position"] = 0.0  #: Play from flank to flank [m]
+    encoder: str = "motor"  #: Where it is: motor or table
+    friction: str = "table"  #: Where it acts: motor or table
 
     def __post_init__(self) -> None:
         super().__post_init__()
