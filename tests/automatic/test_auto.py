@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 import shlex
@@ -755,3 +756,37 @@ def test_a_circle_without_compensation_needs_no_gms(tmp_path):
     found = fric.AutoResult(tmp_path, {"x": axis}, [], 1, 1, [], None)
     assert found.verdict.headline.endswith("Missing for a circle: K_f.")
     assert any("GMS" in str(piece) for piece in found.report())  # it is named where the axis is
+
+
+def test_an_axis_whose_friction_is_known_at_one_speed_is_no_machine(tmp_path):
+    """A machine file without a friction model was written, and the run ended with its error."""
+    log = fric.read(DATA / "constant-velocity.h5")[9]
+    plant = fric.identify_plant(DATA / "frequency-response.h5")
+    plant.save(tmp_path / "plant.yaml")
+    files = {"plant": tmp_path / "plant.yaml"}
+    for name, records in (("one.yaml", [log]), ("map.yaml", DATA / "constant-velocity.h5")):
+        fric.identify_static(records).save(tmp_path / name)
+        outcome = AxisOutcome("linear", files=files | {"friction": tmp_path / name})
+        assert outcome.whole == (name == "map.yaml")
+
+
+def test_a_slow_circle_is_the_last(folder, tmp_path):
+    """Of two, the first was recorded at 200 Hz: gains and tuning failed on it, beside one that shows them."""
+    (tmp_path / "logs").mkdir()
+    test = read_circles(DATA / "circle.h5")[0]
+    every = int(0.005 / float(np.median(np.diff(test.axes[test.names[0]].time))))
+    slow = {
+        name: replace(trace, **{key: values[::every] for key, values in trace.channels().items()})
+        for name, trace in test.axes.items()
+    }
+    write_circles(tmp_path / "logs" / "a.h5", [replace(test, axes=slow)])
+    write_circles(tmp_path / "logs" / "b.h5", [test])
+    asked = {}
+
+    def noted(step):
+        asked.setdefault(step.command, []).append(step)
+        raise FricError("it is not made")
+
+    with contextlib.suppress(FricError):
+        fric.auto(*LOGS, tmp_path / "logs", output=tmp_path / "out", run=noted)
+    assert [step.given[0].stem for step in asked["identify controller"]][:1] == ["b"]

@@ -303,6 +303,19 @@ def test_a_pipe_gets_lines_of_progress(monkeypatch, capsys):
     assert [line.partition(", 0 s")[0] for line in lines] == ["fitting: 0 s (x: plant)", "fitting: 25 %"]
 
 
+@pytest.mark.parametrize("words", [[], ["identify"], ["simulate"]])
+def test_a_group_alone_prints_its_help_line_by_line(words, monkeypatch, capsys):
+    """It was one paragraph, cut in its middle."""
+    monkeypatch.setattr(sys, "argv", ["fric", *words])
+    with pytest.raises(SystemExit) as ended:
+        main.main()
+    shown = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert shown.startswith("Usage: ")
+    assert len(shown.splitlines()) > 10
+    assert "…" not in shown
+
+
 def test_a_working_folder_that_is_gone_is_said(tmp_path, monkeypatch, capsys):
     (tmp_path / "gone").mkdir()
     monkeypatch.chdir(tmp_path / "gone")
@@ -369,6 +382,7 @@ def test_a_similar_name_is_of_a_document_of_the_type_that_is_wanted(tmp_path):
         (["plan", "--stroke", "300 mm", "-o", "plan"], "--feed is missing"),
         (["--json", "auto"], "No such option: --json. Options of a command follow its name"),
         (["foo"], "There are example, auto,"),  # in the order of the help
+        (["plan", "--stroke", "9 mm", "--feed", "9 mm/s", "--accuracy", "F_s=2", "-o", "plan"], "as F_s=2%"),
     ],
 )
 def test_an_error_says_what_lacks_or_is_meant(words, said, capfd, monkeypatch):

@@ -1,5 +1,7 @@
 """`identify_gms`: the machine is known, so is what must come out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from fric import FricError
 from fric.drive.plant import Plant
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
+from fric.identify.gms.identify import assumed_C
 from fric.log import Log
 from tests.identify.presliding import APART, PAPER, TABLE_1, identify_gms, pair, record, rms_error
 
@@ -42,6 +45,15 @@ def test_table_1_through_an_encoder():
     assert told(fit, "first-block-unresolved")
     (assumed,) = told(fit, "C-assumed")
     assert (float(assumed.values["C"]), fit.C.assumed) == (10e3, True)
+
+
+@pytest.mark.parametrize("motion", ["linear/A", "rotary"])
+def test_the_assumed_C_follows_the_unit_of_the_force(motion):
+    """10 kN/s became 10 kA/s: a contact of 2 A then yielded a hundred times faster than one of 100 N."""
+    for size in (1.0, 0.02):
+        static = replace(PAPER, F_c=size * PAPER.F_c, F_s=size * PAPER.F_s)
+        assert assumed_C(static, motion) == pytest.approx(size * assumed_C(PAPER, motion), rel=0.05)
+    assert assumed_C(PAPER, "linear") == pytest.approx(assumed_C(PAPER, motion), rel=0.3)
 
 
 def test_blocks_that_slip_alike_are_found_when_they_are_asked_for():

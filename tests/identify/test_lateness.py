@@ -7,9 +7,10 @@ import pytest
 
 from fric.documents.friction import static_tree
 from fric.documents.machine_files import read_machine
+from fric.estimate import Estimate
 from fric.friction.dahl import Dahl
 from fric.identify.gms.virgin_curve import find_cycles
-from fric.identify.replay.replay_fit import identify_by_replay
+from fric.identify.replay.replay_fit import identify_by_replay, lateness_notice
 from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.points import Asked
 from fric.log import Log
@@ -48,6 +49,15 @@ def test_a_lag_of_trace_samples_is_told_and_the_curve_is_that_of_the_machine(sin
     small, large = (-one.record.done.delay / step for one in fit.records)
     assert small == pytest.approx(samples, abs=1.2)  # its own interval is ± 1.1 samples
     assert large == pytest.approx(samples, abs=0.4)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_force_that_is_early_is_not_said_to_be_late(sines, sign: float) -> None:
+    records = [prepared([log])[0] for log in sines]
+    late = {record.name: Estimate.around(sign * 3e-3, "s", 1e-3) for record in records}
+    notice = lateness_notice(records, late, sure=True)
+    assert notice.values["later"] == (sign > 0)
+    assert all(" 3 ms ± 1 ms" in text for text in notice.values["late"])
 
 
 @pytest.mark.long(4)

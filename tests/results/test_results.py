@@ -337,6 +337,8 @@ def test_a_frame_is_a_record_and_a_run_is_a_circle():
     with pytest.raises(fric.FricError, match="no column is named force or input") as refused:  # was left out unsaid
         fric.Log.from_frame(frame.rename(columns={"force [N]": "torque [N]"}), {"position": "um"})
     assert "leave out torque [N], x." in refused.value.hint
+    driven = fric.Log.from_frame(frame.assign(**{"voltage [mV]": 1e3 * log.force}))
+    np.testing.assert_allclose(driven.input, log.force, rtol=1e-12)  # as `fric ingest` reads it; it was left out
     run = fric.circle("virtual-rig", "a,b")
     with pytest.raises(fric.FricError, match="holds 2 circles") as refused:
         fric.diagnose(run)

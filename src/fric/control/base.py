@@ -32,34 +32,21 @@ ROLES = {"controller": CONTROLLER, "feedforward": FEEDFORWARD, "observer": OBSER
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What a block is packed for: the axis as its controller knows it, and the motion that it begins.
+    """What a block is packed for: the axis as its controller knows it, and the motion that it begins."""
 
-    plant: The nominal plant.
-    cascade: The axis' cascade: with it sampling and limit.
-    friction: The friction that the scheme feeds forward; None for none.
-    models: All friction that the controller believes in, by the model's name.
-    gain: Share of the friction that is fed forward [1].
-    lead: Lead of the feedforward [s].
-    K_f: Force constant that the controller believes [N/V].
-    reference: The reference; None where none is known yet.
-    position, velocity: Where the axis begins, and how fast it is there [m], [m/s].
-    seen: Reading of the encoder one sample before [m].
-    resolution: One step of the encoder [m]; 0 for none.
-    spans: 95 % intervals of friction's parameters, as ``F_c`` or ``k_2``, over their values [1], where identified.
-    """
-
-    plant: LinearPlant
-    cascade: "CascadeGains"
-    friction: FrictionModel | None = None
-    models: Mapping[str, FrictionModel] = field(default_factory=dict)
-    gain: float = 1.0
-    lead: float = 0.0
-    K_f: float = float("nan")
-    reference: Reference | None = None
-    position: float = 0.0
-    velocity: float = 0.0
-    seen: float = 0.0
-    resolution: float = 0.0
+    plant: LinearPlant  # The nominal plant
+    cascade: "CascadeGains"  # The axis' cascade: with it sampling and limit
+    friction: FrictionModel | None = None  # The friction that the scheme feeds forward; None for none
+    models: Mapping[str, FrictionModel] = field(default_factory=dict)  # All that the controller believes in, by name
+    gain: float = 1.0  # Share of the friction that is fed forward [1]
+    lead: float = 0.0  # Lead of the feedforward [s]
+    K_f: float = float("nan")  # Force constant that the controller believes [N/V]
+    reference: Reference | None = None  # The reference; None where none is known yet
+    position: float = 0.0  # Where the axis begins [m]
+    velocity: float = 0.0  # How fast it is there [m/s]
+    seen: float = 0.0  # Reading of the encoder one sample before [m]
+    resolution: float = 0.0  # One step of the encoder [m]; 0 for none
+    # 95 % intervals of friction's parameters, as ``F_c`` or ``k_2``, over their values [1], where identified
     spans: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def span(self, names: str) -> tuple[float, float] | None:

@@ -36,17 +36,11 @@ Belief: TypeAlias = FrictionModel | Mapping[str, FrictionModel] | Plant | Cascad
 @typed
 @dataclass(frozen=True)
 class NominalFriction:
-    """The friction that a controller feeds forward.
+    """The friction that a controller feeds forward."""
 
-    models: Friction models by name, as a scheme asks for them.
-    gain: Share of the nominal friction that is fed forward.
-    lead: Lead of the feedforward of friction and inverse model [s]; ``auto`` for the delay T_d of the nominal plant,
-        which is when the drive answers.
-    """
-
-    models: Mapping[str, FrictionModel] = field(default_factory=dict)
-    gain: float = 1.0
-    lead: Lead = 0.0
+    models: Mapping[str, FrictionModel] = field(default_factory=dict)  # By name, as a scheme asks for them
+    gain: float = 1.0  # Share of the nominal friction that is fed forward [1]
+    lead: Lead = 0.0  # Of the feedforward of friction and inverse model [s]; ``auto`` for T_d, when the drive answers
 
     def __post_init__(self) -> None:
         require_feedforward(self.gain, self.lead)
