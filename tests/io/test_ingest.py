@@ -110,6 +110,24 @@ def test_a_mark_of_a_fraction_or_of_thousands_is_not_dropped(tmp_path, cell):
     assert not (tmp_path / "log.h5").exists()
 
 
+@pytest.mark.parametrize(
+    ("cell", "taken"), [("({})", False), ("{}-", False), ("1.0D{}", False), ("---", True), ("", True)]
+)
+def test_most_of_a_log_is_not_dropped_for_a_way_to_write_that_is_unknown(tmp_path, cell, taken):
+    """Without digits, as of a channel that is logged at a third of the rate, the others are left out as before."""
+    path = tmp_path / "log.csv"
+    rows = [f"{n / 1000:.3f};{cell.format(n) if n % 3 else n / 10};2.0\n" for n in range(60)]
+    path.write_text("time [s];position [mm];force [N]\n" + "".join(rows))
+    if taken:
+        fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+        assert len(read_logs(tmp_path / "log.h5")[0]) == 20
+        return
+    with pytest.raises(FricError, match="40 of 60 samples") as refused:
+        fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+    assert "line 3" in str(refused.value)
+    assert not (tmp_path / "log.h5").exists()
+
+
 @pytest.mark.parametrize("samples", [CHUNK - 1, CHUNK, CHUNK + 1, 5 * CHUNK + 17])
 def test_chunks_hold_every_kind_of_number(tmp_path, samples):
     """What is compressed beside the reading is what HDF5's own filters read: noise, ramps, steps, constants."""

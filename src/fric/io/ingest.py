@@ -210,7 +210,8 @@ class WholeRows:
     """Finds the rows of a table that are whole."""
 
     def __init__(self, table: ForeignTable, chosen: ColumnPlan, drop: bool) -> None:
-        self._table, self._wanted, self._drop, self._dropped = table, chosen.wanted, drop, False
+        self._table, self._wanted, self._drop = table, chosen.wanted, drop
+        self._first: tuple[bool, tuple[int, int, float]] | None = None  # Of what is dropped: has it digits, and where
         self._limits = chosen.limits()
         state = chosen.origins.get("mode")
         table.states = None if state is None else state.column
@@ -228,13 +229,22 @@ class WholeRows:
         first = int(np.argmin(whole))
         n = next(n for n, (values, most) in enumerate(bounded) if not np.abs(values[first]) <= most)
         row, column = block.row + first, self._wanted[n]
+        bad = row, column, float(block.columns[n][first])
         if self._drop:
-            if not self._dropped and GROUPED.fullmatch(text := self._table.text(row, column) or ""):
+            text = (self._table.text(row, column) or "") if self._first is None else ""
+            if GROUPED.fullmatch(text):
                 hint = "Write the numbers without a mark between thousands."
                 raise FricError(f"'{text}' has one of two values", where=self._table.place(row, column), hint=hint)
-            self._dropped = True
+            self._first = self._first or (any(map(str.isdigit, text)), bad)
             return [values[whole] for values in block.columns], rows[whole]
-        raise self._bad(row, column, float(block.columns[n][first]))
+        raise self._bad(*bad)
+
+    def require_most(self, kept: int, dropped: int) -> None:
+        """Raise where most samples are dropped, and the first has digits that are not read: an unknown way to write."""
+        if dropped > kept and self._first is not None and self._first[0]:
+            error = self._bad(*self._first[1])
+            raise FricError(f"{dropped} of {kept + dropped} samples cannot be used: {error.what}", where=error.where,
+                            hint="Write its cells as plain numbers.")  # fmt: skip
 
     def _bad(self, row: int, column: int, value: float) -> FricError:
         text, run = self._table.text(row, column), self._table.run(row, column)
@@ -446,9 +456,10 @@ class IngestSession:
         drop = self._about.bad_cells == "drop"
         clock = ClockCheck(table.place, uneven=drop or kind == "holding-map")
         rows_of, last = WholeRows(table, chosen, drop), dict[str, float]()
-        self._dropped = 0
+        self._dropped, kept = 0, 0
         for block in table.read(chosen.wanted):
             good, rows = rows_of.good(block)
+            kept += len(rows)
             channels = chosen.unwrapped(chosen.convert(good, rows), last)
             self._dropped += len(block.columns[0]) - len(rows)
             starts = clock.restarts(channels["time"]) if drop and chosen.form == "time" else []
@@ -469,6 +480,7 @@ class IngestSession:
                     raise FricError(what, where=str(table.path), hint="Leave out --begin and --end.")
                 yield part
             self._progress(block.size)
+        rows_of.require_most(kept, self._dropped)
         self.warnings += [*table.notices, *clock.stop()]
 
     def _add(
