@@ -1,4 +1,4 @@
-"""Forms that drives, controls and serial monitors write: traces by variable, words around rows."""
+"""Forms that drives, controls and serial monitors write: traces by variable, rows as channels, words around rows."""
 
 from contextlib import closing
 from pathlib import Path
@@ -45,6 +45,22 @@ def test_a_trace_of_codesys_without_samples_is_refused(tmp_path: Path) -> None:
     (path := tmp_path / "a.csv").write_text("[key]; [value]\n0.Variable; PLC_PRG.fPos\n0.Data; \n")
     with pytest.raises(FricError, match="holds no"):
         table_of(path)
+
+
+@pytest.mark.parametrize("form", ["comment", "none"])
+def test_few_long_rows_are_channels(tmp_path: Path, form: str) -> None:
+    """As ``numpy.savetxt`` writes a list of three arrays."""
+    a = axis_of_a_drive()
+    names, values = ["timestamp", "actual_q_0", "actual_current_0"], [a["t"], a["position"], a["current"]]
+    lines = [" ".join(f"{value:.9e}" for value in row) for row in values]
+    (path := tmp_path / "log.csv").write_text("\n".join([f"# {' '.join(names)}"] * (form == "comment") + lines) + "\n")
+    table, found = table_of(path)
+    assert np.array(found) == pytest.approx(np.array(values), rel=1e-8)
+    (axis,) = told(path)
+    assert {of: role.column for of, role in axis.roles.items()} == {"time": 0, "position": 1, "force": 2}
+    if form != "none":
+        assert [column.name for column in table.columns] == names
+        assert axis.roles["position"].unit_likelihood > SURE
 
 
 def test_signals_of_xml_that_repeat_their_clock(tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ MOST_DEPTH, LEAST, LINES = (
     12,
     3,
     20,
-)  # Depth of structs; rows of a table at least; last lines of a head to look at
+)  # Depth of structs; least rows of a table; lines of a head to look at, rows that are channels
 _ROW = re.compile(rb"(?:-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?[\s,;|\[\]]+){7}-?\d")  # Eight numbers in a row
 _FIELD, _NEXT = re.compile(rb":\s*-?\d"), re.compile(rb"\}\s*,?\s*\{")
 
@@ -67,6 +67,9 @@ def recognises(path: Path, head: bytes) -> float:
     if re.match(rb"<[?\w]", head) and (path.suffix.lower() == ".xml" or b"</" in head):
         tags = re.findall(rb"<(\w+)", head)
         return 0.6 * (found or any(tags.count(tag) >= LEAST for tag in {*tags}))
+    long = found and len(head) > 2048 and b"\n" not in head[-2048:] and path.stat().st_size < MOST_BYTES
+    if long and path.read_bytes().count(b"\n") <= LINES:
+        return 0.6
     if re.match(rb"""\{|\[\s*[\[{"\d+-]""", head) and (found or (_FIELD.search(head) and _NEXT.search(head))):
         return 0.6  # no [HEADER] of a text
     rows = [len(_pairs(line)) for line in head.decode("utf-8", "replace").splitlines()[-LINES:-1]]
@@ -129,6 +132,8 @@ def _of_text(path: Path, changed: int, size: int) -> Any:
         cells = (re.findall(r"(?m)^; *([^;\s]+); *([^;\s]+)", part) for part in parts[1::2])
         data = (np.array([[*map(number, pair)] for pair in of]).reshape(-1, 2).T for of in cells)
         return {name: {"Name": name, "time": t, "value": y} for name, (t, y) in zip(parts[::2], data, strict=True)}
+    if text.lstrip()[:1] not in "{[" and (long := _channels(text)):
+        return long
     found = [_stamp(line) | dict(_pairs(line)) for line in (text.splitlines() if text.lstrip()[:1] != "{" else ())]
     if 2 * sum(len(row) > 1 for row in found) > len(found):
         last = next((line for line in reversed(text.splitlines()) if len(_pairs(line)) > 1), "")
@@ -149,6 +154,16 @@ def _of_text(path: Path, changed: int, size: int) -> Any:
                 raise FricError(f"is no JSON ({whole})", hint="Export it again.") from None
             raise FricError("is no JSON, or cut off", where=f"{path}, line {n}", hint="Export it again.") from None
     return _columns(rows)
+
+
+def _channels(text: str) -> Mapping[str, Any]:
+    """Return channels that are a few long rows, as ``numpy.savetxt`` writes arrays, with names above; else none."""
+    rows = [re.split(r"[\s,;]+", line.strip("#% \t,;")) for line in text.splitlines()[: LINES + 1]]
+    long = [[*map(number, row)] for row in rows if len(row) > 8 * LINES]
+    if len(long) < 2 or len({*map(len, long)}) > 1 or len(rows) > LINES:
+        return {}
+    names = next((row for row in rows if len(row) == len(long)), None)
+    return dict(zip(names, np.array(long), strict=True)) if names else {"log": np.array(long)}
 
 
 def _of_octave(text: str) -> Mapping[str, Any]:
