@@ -203,6 +203,7 @@ def _weighed(values: Real) -> Real:
     return np.array([values.sum(), np.abs(values).sum()])
 
 
+PLAIN = "Write the numbers without a mark between thousands, or other marks."
 GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")  # A number with a mark of a fraction, or between thousands
 
 
@@ -228,13 +229,11 @@ class WholeRows:
         whole = np.logical_and.reduce([np.abs(values) <= most for values, most in bounded])
         first = int(np.argmin(whole))
         n = next(n for n, (values, most) in enumerate(bounded) if not np.abs(values[first]) <= most)
-        row, column = block.row + first, self._wanted[n]
-        bad = row, column, float(block.columns[n][first])
+        bad = row, column, _ = block.row + first, self._wanted[n], float(block.columns[n][first])
         if self._drop:
             text = (self._table.text(row, column) or "") if self._first is None else ""
             if GROUPED.fullmatch(text):
-                hint = "Write the numbers without a mark between thousands."
-                raise FricError(f"'{text}' has one of two values", where=self._table.place(row, column), hint=hint)
+                raise FricError(f"'{text}' has one of two values", where=self._table.place(row, column), hint=PLAIN)
             self._first = self._first or (any(map(str.isdigit, text)), bad)
             return [values[whole] for values in block.columns], rows[whole]
         raise self._bad(*bad)
@@ -242,11 +241,9 @@ class WholeRows:
     def require_most(self, kept: int, dropped: int) -> None:
         """Raise where most samples are dropped, and the first has digits that are not read: an unknown way to write."""
         if dropped > kept and self._first is not None and self._first[0]:
-            error = self._bad(*self._first[1])
-            raise FricError(f"{dropped} of {kept + dropped} samples cannot be used: {error.what}", where=error.where,
-                            hint="Write its cells as plain numbers.")  # fmt: skip
+            raise self._bad(*self._first[1], f"{dropped} of {kept + dropped} samples cannot be used: ")
 
-    def _bad(self, row: int, column: int, value: float) -> FricError:
+    def _bad(self, row: int, column: int, value: float, most: str = "") -> FricError:
         text, run = self._table.text(row, column), self._table.run(row, column)
         what = "the cell is empty" if not text else f"'{text}' is not a number"
         if isfinite(value):
@@ -254,8 +251,8 @@ class WholeRows:
         elif run > 1:
             what = f"{run} cells in a row are not numbers, the first {'empty' if not text else repr(text)}"
         return FricError(
-            what, where=self._table.place(row, column),
-            hint="Mend the file, or leave such samples out with `bad_cells='drop'`.",
+            most + what, where=self._table.place(row, column),
+            hint=PLAIN if most else "Mend the file, or leave such samples out with `bad_cells='drop'`.",
         )  # fmt: skip
 
 
