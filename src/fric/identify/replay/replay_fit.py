@@ -392,12 +392,13 @@ def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *
 
     sure: Whether the fit is better with it, and it is credible.
     """
-    dt, later = _intervals(records), float(mean_lag(late.values())) >= 0.0
+    dt, sign = _intervals(records), float(np.copysign(1.0, float(mean_lag(late.values()))))
     parts = [
-        f"'{name}' {readable(shown, by.unit, 2)} ± {readable(by.half_width, 's', 2)} ({shown / dt[name]:.2g} samples)"
-        for name, by in late.items() if (shown := float(by) if later else -float(by)) is not None
-    ]  # fmt: skip
-    return FORCE_LATE.found(late=parts, later=later) if sure else FORCE_LATE_OPEN.found(late=parts)
+        f"'{name}' {readable(sign * float(by), by.unit, 2)} ± {readable(by.half_width, 's', 2)} "
+        f"({sign * float(by) / dt[name]:.2g} samples)"
+        for name, by in late.items()
+    ]
+    return FORCE_LATE.found(late=parts, later=sign > 0.0) if sure else FORCE_LATE_OPEN.found(late=parts)
 
 
 def of_supposed(search: Search, best: Point, slopes: Real, quantile: float) -> Real:
