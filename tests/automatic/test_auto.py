@@ -12,13 +12,14 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import fric
-from fric.automatic.run import Stated, _found, find_gains, gains_of
+from fric.automatic.run import Stated, _circles, _found, find_gains, gains_of
 from fric.automatic.sources import find_sources
 from fric.automatic.steps import NO_GMS, NO_OBSERVER, AxisOutcome, Session, axis_steps, identify_axes, trace_step
 from fric.cli.main import app
@@ -789,4 +790,12 @@ def test_a_slow_circle_is_the_last(folder, tmp_path):
 
     with contextlib.suppress(FricError):
         fric.auto(*LOGS, tmp_path / "logs", output=tmp_path / "out", run=noted)
-    assert [step.given[0].stem for step in asked["identify controller"]][:1] == ["b"]
+    assert asked["identify controller"][0].given[0].stem == "b"
+    assert test.is_slow is False
+    assert replace(test, axes=slow).is_slow
+    steps: list[Any] = []
+    session = SimpleNamespace(folder=tmp_path, take=steps.append)
+    found, machine = SimpleNamespace(circles=[tmp_path / "logs/b.h5", tmp_path / "logs/a.h5"]), Path("virtual-rig")
+    _circles(session, found, {}, machine, [tmp_path / "logs/a.h5"], given=True)
+    (tuning,) = [step for step in steps if step.command == "tune"]
+    assert list(tuning.given) == [machine, tmp_path / "logs/b.h5"]

@@ -33,7 +33,7 @@ from fric.planning.choose import (
     typical,
 )
 from fric.results.base import silent
-from fric.results.plan import PlanResult
+from fric.results.plan import PlanResult, _accuracies
 from fric.simulate.experiment import Expected, Limits, Plan, Planned, runs_of
 from fric.simulate.spread import draw_machine
 
@@ -180,3 +180,10 @@ def test_a_typical_log_tells_noise_and_encoder() -> None:
     assert axis.force_noise == pytest.approx(2.5, rel=0.2)
     assert axis.encoder.resolution == pytest.approx(0.4e-6, rel=0.01)
     assert [one.code for one in told] == ["plan-typical"]
+
+
+def test_an_accuracy_as_a_number_is_in_SI_and_as_a_text_has_a_unit() -> None:
+    axis = read_machine("configs/virtual-rig.yaml").axis("x")
+    assert _accuracies({"F_s": 2.0}, axis) == _accuracies(["F_s=2 N"], axis) == {"F_s": (2.0, False)}
+    with pytest.raises(FricError, match="has no unit"):
+        _accuracies(["F_s=2"], axis)

@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 from math import nan
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -123,6 +124,26 @@ def test_a_scheme_has_the_same_glitch_in_table_headline_drift_and_words(files: S
     assert "(f)" not in words  # which ran on none of the machines
     for change in drawn.changes(drawn):
         assert change.after == numbers[change.name[1]][0]
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_of_several_circles_the_one_that_was_simulated_judges(files: SimpleNamespace, order: int) -> None:
+    """A page was headed by a circle at 10 mm/s, and gave the figures of another at 100 mm/s."""
+    inputs = collect([files.run])
+    (test,) = inputs.tests
+
+    def circle(name: str, feed: float, glitch: float) -> Any:
+        seen = SimpleNamespace(feed=feed, radius=test.radius, scheme="a")
+        result = SimpleNamespace(
+            held=SimpleNamespace(agrees={"+x": True}, scheme="a"), found=SimpleNamespace(test=seen, glitch=glitch),
+            glitches=lambda: (glitch, glitch), unmodelled=dict, warnings=(),
+        )  # fmt: skip
+        return SimpleNamespace(source=name, path=Path(name), result=result, disagreements=list)
+
+    both = [circle("slow.h5", 0.1 * test.feed, 30e-6), circle("same.h5", test.feed, 60e-6)][::order]
+    decided = replace(inputs, circles=tuple(both)).verdict(test)
+    assert decided.compared == (60e-6, 60e-6)
+    assert "slow.h5" not in " ".join(decided.next)
 
 
 def test_every_figure_has_words_for_it(html: str) -> None:

@@ -244,7 +244,7 @@ def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) ->
             raise FricError(f"'{name}' is not a parameter of a plan", hint=f"{near(name, KIND_OF)}As in F_s=2%.")
         text = str(value).strip()
         share = text.endswith("%")
-        if text.replace(".", "", 1).isdigit():
+        if isinstance(value, str) and text.replace(".", "", 1).isdigit():
             raise FricError(
                 f"the accuracy '{name}={text}' has no unit", hint=f"Say a share, as {name}={text}%, or a quantity."
             )

@@ -39,7 +39,7 @@ from fric.search import simplest
 from fric.units import Motion, si_unit
 
 ASSUMED_C = 1e4  # Attraction parameter [N/s] without a record in sliding: a lag s/C of 10 to 16 ms for Table 1
-ASSUMED_RATE = 100.0  # The same over F_c [1/s], where forces are in units that an axis of other size has
+ASSUMED_RATE = 100.0  # The same over F_c [1/s], for forces in A, % or N·m, of which 1e4 would be another lag
 UNDETERMINED = float(np.log(10.0))
 """Half width of the interval of log C above which the sliding record does not determine it: a factor of ten."""
 

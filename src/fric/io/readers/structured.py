@@ -25,11 +25,8 @@ from fric.units import is_unit
 
 FORMAT = Format("JSON, XML, NumPy, Octave text, name=value", (".json", ".jsonl", ".ndjson", ".xml", ".npz", ".npy"))
 MOST_BYTES = 128 << 20  # Bytes of a file that are read at most: its values are held in memory as objects
-MOST_DEPTH, LEAST, LINES = (
-    12,
-    3,
-    20,
-)  # Depth of structs; least rows of a table; lines of a head to look at, rows that are channels
+MOST_DEPTH, LEAST = 12, 3  # Depth of structs at most, and rows of a table at least
+LINES = 20  # Last lines of a head to look at, and rows that may be channels
 _ROW = re.compile(rb"(?:-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?[\s,;|\[\]]+){7}-?\d")  # Eight numbers in a row
 _FIELD, _NEXT = re.compile(rb":\s*-?\d"), re.compile(rb"\}\s*,?\s*\{")
 
