@@ -1,6 +1,7 @@
 """The figure of a circular test says of its own axes what they are."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,10 @@ import pytest
 
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
-from fric.figures.circle import SchemeContour, overlay_figure, polar_figure
+from fric.figures.circle import SchemeContour, monte_carlo_figure, overlay_figure, polar_figure
 from fric.simulate.contour_run import Circle, run_circle
+from fric.simulate.processes import Study
+from tests.studies import monte_carlo
 
 MACHINE = read_machine(Path("configs/xy-table.yaml"))
 
@@ -27,6 +30,16 @@ def test_grid_and_magnification_are_those_that_are_drawn(names: str) -> None:
     left, _, width, _ = figure._suptitle.get_window_extent().bounds
     assert left >= 0
     assert left + width <= figure.bbox.width
+
+
+def test_the_label_of_the_share_is_whole() -> None:
+    """It ended in "[%", where no scheme is the best on all machines: it is wider than its axes."""
+    found = monte_carlo(Study(MACHINE, tuple(PAPER_SCHEMES.values()), Circle(5e-3, 50e-3, 1)), 2, workers=1)
+    first, second = found.outcomes
+    figure = monte_carlo_figure(replace(found, outcomes=(first, replace(second, quadrants=second.quadrants[::-1]))))
+    figure.draw_without_rendering()
+    label = figure.axes[1].xaxis.label.get_window_extent()
+    assert label.x1 <= figure.bbox.width
 
 
 @pytest.mark.parametrize("magnification", [100.0, 200.0, 300.0])

@@ -30,6 +30,15 @@ def test_what_is_drawn_is_what_was_found(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
+def test_nothing_is_cut_at_the_edge(name: str) -> None:
+    """The label of a share ended in "[%", for it was wider than its axes."""
+    figure = made(name)[0]
+    figure.draw_without_rendering()
+    box, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+    assert min(box.x0, box.y0, width - box.x1, height - box.y1) > -0.01
+
+
+@pytest.mark.parametrize("name", CASES)
 def test_with_any_curve_replaced_by_a_constant_that_fails(name: str) -> None:
     flattened = 0
     for panel in made(name)[1]:
