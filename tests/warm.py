@@ -139,7 +139,7 @@ def main() -> None:
     from tests.nudge import nudge
 
     processes.default_workers = lambda: 1  # as in the tests' own processes (`alone` in tests/conftest.py)
-    console.EVERY = float("inf")
+    console.EVERY = 1e6
     nudge()
     units._registry()
     numba.njit("float64(float64)")(lambda x: x)  # what Numba prepares once, before it compiles

@@ -6,7 +6,7 @@ import re
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from io import TextIOWrapper
@@ -165,22 +165,30 @@ def print_json(document: Mapping[str, Any]) -> None:
 def progress(description: str) -> Iterator[Any]:
     """Show a progress bar on standard error, or lines where that is no terminal; gives a function to advance it."""
     if not sys.stderr.isatty():
-        start, said, done, whole, step = monotonic(), monotonic(), 0, 0, ""
+        from threading import Event, Thread
+
+        start, over, done, whole, step = monotonic(), Event(), 0, 0, ""
 
         def tell(steps: int = 1, *, total: int | None = None) -> None:
-            nonlocal said, done, whole
+            nonlocal done, whole
             done, whole = done + steps, total or whole
-            if (now := monotonic()) - said > EVERY:
-                said, share = now, f"{100 * done // whole} %, " if whole else ""
-                ERR.print(f"{description}: {share}{now - start:.0f} s{step}", markup=False)
 
         def begin(name: str) -> None:
             nonlocal step
             step = f" ({name})" if name else step
-            tell(0)
 
-        with heard(begin):
-            yield tell
+        def tick() -> None:
+            with suppress(OSError, ValueError):  # standard error may be closed meanwhile
+                while not over.wait(EVERY):
+                    share = f"{100 * done // whole} %, " if whole else ""
+                    ERR.print(f"{description}: {share}{monotonic() - start:.0f} s{step}", markup=False)
+
+        Thread(target=tick, daemon=True).start()
+        try:
+            with heard(begin):
+                yield tell
+        finally:
+            over.set()
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
