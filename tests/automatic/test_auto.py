@@ -771,6 +771,26 @@ def test_an_axis_whose_friction_is_known_at_one_speed_is_no_machine(tmp_path):
         assert outcome.whole == (name == "map.yaml")
 
 
+def test_a_controller_is_as_fast_as_the_fastest_voltage(tmp_path):
+    test = read_circles(DATA / "circle.h5")[0]
+    rare = {
+        name: replace(trace, **{key: values[::4] for key, values in trace.channels().items()})
+        for name, trace in test.axes.items()
+    }
+    for name, axes in {"whole": test.axes, "rare": rare}.items():
+        (tmp_path / name).mkdir()
+        write_circles(tmp_path / name / "circle.h5", [replace(test, axes=axes)])
+        asked = []
+
+        def noted(step, asked=asked):
+            asked += [dict(step.options)] if step.command == "identify controller" else []
+            raise FricError("it is not made")
+
+        with contextlib.suppress(FricError):
+            fric.auto(*LOGS, tmp_path / name, output=tmp_path / f"out-{name}", run=noted)
+        assert asked[0].get("sampling") == ("4000 Hz" if name == "rare" else None)
+
+
 def test_a_slow_circle_is_the_last(folder, tmp_path):
     """Of two, the first was recorded at 200 Hz: gains and tuning failed on it, beside one that shows them."""
     (tmp_path / "logs").mkdir()

@@ -49,6 +49,18 @@ def test_gains_are_those_of_the_machine(test_circle: tuple[str, MeasuredCircle])
             assert low - 0.002 * true <= true <= high + 0.002 * true, (name, key)
 
 
+def test_the_rate_of_the_controller_is_that_of_a_faster_record() -> None:
+    """A circle that was logged at 1 kHz made a controller of 4 kHz one of 1 kHz, and its machine left less."""
+    test, true = circle_of("virtual-rig"), fric.read_machine("virtual-rig").axis("x").cascade
+    axes = test.axes.items()
+    rare = {name: AxisTrace(**{k: v[::4] for k, v in trace.channels().items()}) for name, trace in axes}
+    found = fric.identify_controller(replace(test, axes=rare), axis="x", sampling="4 kHz").found.cascade
+    assert found.sampling == true.sampling == 4000.0
+    for name in ("K_v", "K_p"):
+        assert getattr(found, name) == pytest.approx(getattr(true, name), rel=0.05)
+    assert fric.identify_controller(replace(test, axes=rare), axis="x").found.cascade.sampling == pytest.approx(1000.0)
+
+
 def test_noise_of_the_recorded_voltage_widens_them_and_bends_none(test_circle: tuple[str, MeasuredCircle]) -> None:
     machine, test = test_circle
     u = test.axes["x"].input

@@ -112,10 +112,14 @@ def predicted(identified, test_of_risen):
         identified, intervals, {}, {}, {"x": (Notice("k ± 0.1", "prediction-widened", "note"),)}, ()
     )
     given = {"velocity": 0.1, "machines": 8, "workers": 1, "spread": {}}
-    return {
-        "alone": fric.circle(known, "a,c,f", **given).prediction,
-        "held": fric.circle(known, "a,c,f", measured=test_of_risen, **given).prediction,
+    axes = {
+        name: replace(trace, **{key: values[::20] for key, values in trace.channels().items()})
+        for name, trace in test_of_risen.axes.items()
     }
+    slow = replace(test_of_risen, axes=axes, name="slow")  # at 200 Hz: it judges nothing, and takes no trust away
+    held = fric.circle(known, "a,c,f", measured=[slow, test_of_risen], **given)
+    assert "circle-unused" in {notice.code for notice in held.warnings}
+    return {"alone": fric.circle(known, "a,c,f", **given).prediction, "held": held.prediction}
 
 
 def test_the_interval_holds_the_true_machine_where_a_circle_was_measured(identified, predicted):

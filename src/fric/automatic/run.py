@@ -126,13 +126,20 @@ def find_gains(
         session.write(gains_of(text, axis, motion), typed)
         return typed
     shown: Path | None = None
+    rates = [rate for log in found.logs for rate in log.rates]
+
+    def sampled(*slow: float) -> dict[str, str]:  # a controller is as fast as the fastest voltage that is logged
+        return {"sampling": f"{max(rates):.6g} Hz"} if rates and 1.5 * min(slow) < max(rates) else {}
+
     options = {"axis": axis} | ({"motion": motion} if is_effort(motion) else {})
     for path, test in ((file, test) for file in found.circles for test in choose_circles([file])):
         trace = test.axes.get(axis)
-        follows = trace is not None and trace.reference is not None and test.scheme in ("", "a")
-        if not follows or test.of_effort({axis: motion}).axes[axis].input is None:
+        if trace is None or trace.reference is None or test.scheme not in ("", "a"):
             continue
-        if session.take(step(f"{axis}: gains", "identify controller", [path], options, output=made)):
+        if test.of_effort({axis: motion}).axes[axis].input is None:
+            continue
+        at = sampled(len(trace.time) / float(trace.time[-1] - trace.time[0]))
+        if session.take(step(f"{axis}: gains", "identify controller", [path], options | at, output=made)):
             shown = made
             break
     driven = [log.path for log in logs if log.driven]
@@ -140,7 +147,8 @@ def find_gains(
         return shown
     if driven and (shown or needed or any("motion" in log.kinds for log in logs)):
         of_logs = made if shown is None else made.with_stem("controller-of-logs")
-        closed = step(f"{axis}: gains", "identify controller", driven, {"axis": axis}, output=of_logs)
+        at = sampled(*rates)
+        closed = step(f"{axis}: gains", "identify controller", driven, {"axis": axis} | at, output=of_logs)
         if session.take(closed, tried=True):
             return of_logs
     if shown or typed.exists():

@@ -86,6 +86,7 @@ class Source:
     loaded: bool = False  # Whether a record has the position of the load, by a second encoder
     lacks: str = ""  # Why its records show no friction
     efforts: frozenset[str] = frozenset()  # Those of force and input that a record of it has
+    rates: tuple[float, ...] = ()  # Rates of its records whose input changes at nearly every sample [Hz]
 
 
 @dataclass
@@ -322,9 +323,17 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     lacks = NO_FORCE if not pushed else AT_REST if rests else ""
     axis, motion = records[0].axis, records[0].motion
     efforts = frozenset(of for of in ("force", "input") for log in records if getattr(log, of, None) is not None)
+    rates = tuple(rate for log in records if isinstance(log, Log) and (rate := _renewed(log)))
     return Source(
-        path, axis, motion, kinds, uses, mapping, both, driven, strokes, loaded=loaded, lacks=lacks, efforts=efforts
-    )
+        path, axis, motion, kinds, uses, mapping, both, driven, strokes, loaded=loaded, lacks=lacks, efforts=efforts,
+        rates=rates,
+    )  # fmt: skip
+
+
+def _renewed(log: Log) -> float:
+    """Return the rate of a record whose input changes at nearly every sample [Hz]; 0 if there is none."""
+    changes = 0 if log.input is None else np.count_nonzero(np.diff(log.input))
+    return changes / float(log.time[-1] - log.time[0]) if changes > 0.98 * len(log) else 0.0
 
 
 def _excites(record: Record) -> bool:

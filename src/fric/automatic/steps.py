@@ -380,7 +380,7 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
             log, axis, members[0].motion, members[0].kinds, frozenset().union(*(m.uses for m in members)),
             both=all(m.both for m in members), driven=all(m.driven for m in members),
             strokes=sum(m.strokes for m in members), loaded=any(m.loaded for m in members),
-            efforts=frozenset().union(*(m.efforts for m in members)),
+            efforts=frozenset().union(*(m.efforts for m in members)), rates=sum((m.rates for m in members), ()),
         )  # fmt: skip
         reads = [*files, *([Path(mapping)] if mapping.endswith(".yaml") else [])]
         yield step(f"{axis}: ingest {kind}", "ingest", files, options, reads, output=log), left

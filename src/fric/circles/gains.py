@@ -222,6 +222,15 @@ class FoundController:
         """The note where a lag is left for want of velocity feedforward."""
         return lags(self.cascade, (1.0 - self.cascade.velocity_feedforward) / self.cascade.K_v)
 
+    def at(self, sampling: float) -> Self:
+        """Return it with the controller's rate [Hz], where its record is slower; without a filter if none was seen."""
+        seen = self.cascade.velocity_filter < 0.999 * self.cascade.sampling
+        cascade = replace(self.cascade, sampling=sampling, **({} if seen else {"velocity_filter": sampling}))
+        estimates = {name: value for name, value in self.estimates.items() if name != "sampling"}
+        if not seen:
+            estimates["velocity_filter"] = Estimate(sampling, "Hz", assumed=True)
+        return replace(self, cascade=cascade, estimates=estimates)
+
     def of_fit(self, fit: "_Fit", log_values: Real) -> Self:
         """Return it with what a fit shows of delay, order and velocity feedforward.
 

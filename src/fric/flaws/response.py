@@ -20,9 +20,10 @@ NO_COHERENCE = Flaw("no-coherence", "note", "The table has no coherence: every f
 FEW_PERIODS = Flaw("few-periods", "doubt", "{periods} periods are too few for an estimate of the variance.", "Log ten.")
 A_OPEN = Flaw("A-open", "doubt", "A cannot be distinguished from 0: the lowest frequency used is {lowest:.3g} Hz.",
     "Excite below the corner of A, and harder.", widens={"A": 0.5})
-A_HOLDS_FRICTION = Flaw("A-holds-friction", lambda f: "note" if f.small else "wrong",
-    "The axis reverses while it is excited, so A includes friction: {each}.", "{small:By the lines between the "
-    "driven ones it is less than {limit:.0%} of A.|Log a second amplitude, or excite around a steady motion.}",
+A_HOLDS_FRICTION = Flaw("A-holds-friction", lambda f: "note" if f.small else "doubt",
+    "The axis reverses while it is excited, so A includes friction{small:|, and is taken as 0}: {each}.",
+    "{small:By the lines between the driven ones it is less than {limit:.0%} of A.|Strokes show all damping instead. "
+    "Log a second amplitude, or excite around a steady motion.}",
     widens={"A": 0.3, "level": 0.05})
 A_HOLDS_VISCOUS = Flaw("A-holds-viscous", "note",
     "A includes the guideway's viscous friction over the moving mass, besides the drive's damping.",

@@ -513,9 +513,9 @@ class KnownMachine:
         study, notices = many.study, self.identified.machine.warnings
         whole = self.left(study.machine) if self.left else study.machine
         records = [record for group in self.left.records.values() for record in group] if self.left else []
-        measured = [test.where for test in self.left.tests] if self.left else ()
+        measured, unused = ([test.where for test in self.left.tests], ()) if self.left else ((), self.unused)
         return predicted(
             many, widened=self.identified.widened, measured=measured,
-            distrust=(*self.unused, *distrusts(whole, notices, self.tests, records, study.circle)),
+            distrust=(*unused, *distrusts(whole, notices, self.tests, records, study.circle)),
             of_schemes=observers_distrust(study.schemes, notices),
         )  # fmt: skip

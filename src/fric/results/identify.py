@@ -309,6 +309,7 @@ def identify_controller(
     scheme: SchemeName | None = None,
     position_gain: Annotated[Quantity | None, "rate"] = None,
     motion: Annotated[Motion, Kind(metavar="linear|rotary[/UNIT]")] = "linear",
+    sampling: Annotated[Quantity | None, "frequency"] = None,
 ) -> GainsResult:
     """Identify the gains of an axis' controller from a circle, or a log in closed loop.
 
@@ -319,6 +320,7 @@ def identify_controller(
         gains are read.
     position_gain: K_v of an auto-tuning result, which holds the speed loop alone.
     motion: Motion of the axis of a circle; linear/A/A takes its force, in A, for the drive's input.
+    sampling: Rate of the controller, where its record is slower.
     Raises FricError: When a channel is missing, or no cascade reproduces the recorded voltage.
     """
     if len(records) == 1 and isinstance(records[0], str | Path) and Path(records[0]).suffix.lower() == ".xml":
@@ -333,17 +335,20 @@ def identify_controller(
         gains = ControllerPart.of(tuned[2], tuned[1])
         return GainsResult(FoundController(tuned[2], gains, None, str(records[0])), *tuned[:2])
     useless("an auto-tuning result", position_gain=position_gain)
+    rate = None if sampling is None else quantity(sampling, "frequency")
     logs, circles = list[Any](), list[Any]()
     for given in records:
         (logs if _is_log(given) else circles).append(given)
     if tests := circles_of(circles, scheme):
-        return GainsResult(controller_of(tests[0], axis, motion), axis, motion)
+        found = controller_of(tests[0], axis, motion)
+        return GainsResult(found if rate is None else found.at(rate), axis, motion)
     if not logs:
         raise FricError("there is no circle test", hint="Record one with reference, position and voltage.")
     of_axis = [log for log in logs_of(logs) if log.axis == axis]
     if not of_axis:
         raise FricError(f"no log is of axis {axis}", hint="Say which axis it is of (`axis=`).")
-    return GainsResult(controller_of_logs(of_axis), axis, of_axis[0].motion)
+    found = controller_of_logs(of_axis)
+    return GainsResult(found if rate is None else found.at(rate), axis, of_axis[0].motion)
 
 
 def _is_log(given: Any) -> bool:

@@ -53,6 +53,7 @@ class CircleResult(Result, schema=CircleResultDocument):
     """The identified machine, where the many machines were drawn from its intervals."""
     prediction: Prediction | None = None
     """Prediction for the schemes, on machines drawn from all uncertainty of the identified machine."""
+    unused: Sequence[Notice] = ()  # Why machines were not made to agree with a measured circle
 
     @property
     def cut_short(self) -> bool:
@@ -64,7 +65,9 @@ class CircleResult(Result, schema=CircleResultDocument):
         """Warnings of machine, runs and distributions."""
         text = [notice.at(f"scheme {run.scheme.name}") for run in self.runs for notice in run.warnings]
         before = self.identified.warnings if self.identified else ()
-        return once([*self.machine.warnings, *before, *text, *(self.many.warnings() if self.many else ())])
+        return once(
+            [*self.machine.warnings, *before, *self.unused, *text, *(self.many.warnings() if self.many else ())]
+        )
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -225,7 +228,8 @@ def circle(
     if not done:
         raise FricError("no machine was done", hint="Nothing was written.")
     many = MonteCarlo(study, machines, tuple(done))
-    return CircleResult(subject, runs, axis, many, identified, evidence.prediction(many) if evidence else None)
+    predicted, unused = (evidence.prediction(many), evidence.unused) if evidence else (None, ())
+    return CircleResult(subject, runs, axis, many, identified, predicted, unused)
 
 
 POINTS = 6  # Number of feeds, and of radii, in a range

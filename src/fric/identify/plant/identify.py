@@ -663,7 +663,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
 
     A record in time includes the zero-order hold of the controller; a table is continuous. If two records differ in
     amplitude, the describing function of Coulomb friction is removed from A; if friction cannot be separated from A, A
-    is assumed to be 0.
+    is assumed to be 0, and strokes show all damping as viscous friction.
 
     hold: Sampling rate of the hold [Hz]; that of the record where not given.
     continuous: Take every response as that of eq. (1) itself, without hold and sampling.
@@ -705,9 +705,8 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
         half = hold_delay(rate)
         transport = replace(transport, value=float(transport) - half, ci95=(low - half, high - half))  # type: ignore[operator]
     notices = list(described(fits, solution, influence, estimates, rate))
-    doubts = {notice.code for notice in notices if notice.severity != "note"}
-    if {response.A_OPEN.code, response.A_HOLDS_FRICTION.code} <= doubts:
-        # the rest is friction: strokes show all viscous friction, where no damping is subtracted
+    if any(notice.code == response.A_HOLDS_FRICTION.code and notice.severity != "note" for notice in notices):
+        # strokes show all viscous friction, where no damping is subtracted
         high = max(float(estimates["A"]), 0.0) + float(solution.half_widths()[0])
         estimates["A"] = replace(estimates["A"], value=0.0, ci95=(0.0, high), assumed=True)
     return PlantFit(
