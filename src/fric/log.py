@@ -39,17 +39,21 @@ def _require_least(record: Any, bounds: Mapping[str, float]) -> None:
                             hint="Look at the columns: is this the right table? Leave such rows out.")  # fmt: skip
 
 
-class _FromFile:
+class FromFile:
+    """What was read from a file: a record, or what ``called`` says."""
+
+    called: ClassVar[str] = "record"
     name: str
     source: str
 
     @property
     def where(self) -> str:
         """File and record, for messages."""
-        return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
+        named = f"{self.called} '{self.name}'"
+        return f"{self.source}, {named}" if self.source else named
 
 
-class _Table(_FromFile):
+class _Table(FromFile):
     kind: ClassVar[Kind]
     dimensions: ClassVar[Mapping[str, str]]  # Of its columns, the first of which it always has
     motion: Motion
@@ -68,7 +72,7 @@ class _Table(_FromFile):
 
 @typed
 @dataclass(frozen=True)
-class Log(_FromFile):
+class Log(FromFile):
     """One record of one axis: what was logged over time.
 
     A record holds the position, the velocity, or both; force, input and reference as they were logged.

@@ -54,7 +54,7 @@ def test_a_lag_of_trace_samples_is_told_and_the_curve_is_that_of_the_machine(sin
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_force_that_is_early_is_not_said_to_be_late(sines, sign: float) -> None:
     records = [prepared([log])[0] for log in sines]
-    late = {record.name: Estimate.around(sign * 3e-3, "s", 1e-3) for record in records}
+    late = {record.log.name: Estimate.around(sign * 3e-3, "s", 1e-3) for record in records}
     notice = lateness_notice(records, late, sure=True)
     assert notice.values["later"] == (sign > 0)
     assert all(" 3 ms ± 1 ms" in text for text in notice.values["late"])

@@ -61,7 +61,8 @@ def test_logs_give_points_and_loops(files: SimpleNamespace) -> None:
     inputs = collect([files.march, LOGS / "constant-velocity.h5", LOGS / "presliding-sine.h5"])
     curves = friction_curves(inputs, inputs.items[0])
     assert len(curves.points) == 34
-    assert curves.measured_virgin is not None
+    assert curves.virgin is not None
+    assert curves.virgin.measured is not None
     assert [cycle.name for cycle in curves.hysteresis] == ["presliding-sine-01", "presliding-sine-02"]
     assert all(np.abs(cycle.measured).max() > 50 for cycle in curves.hysteresis)
 

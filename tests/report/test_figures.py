@@ -131,7 +131,7 @@ def test_the_virgin_curve_is_that_of_the_blocks_and_of_the_record(inputs: Any) -
     found = friction_curves(inputs, item)
     model = GMS.from_sections(item.sections())
     knots = np.sort(model.slip_displacements)
-    measured = found.measured_virgin
+    measured = found.virgin.measured
     for drawn in virgin_curves(item, found):
         labelled(drawn)
 

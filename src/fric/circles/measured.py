@@ -11,7 +11,7 @@ from fric.arrays import Complex, Real
 from fric.columns import channel_dimension
 from fric.contour import beside
 from fric.errors import FricError, require_known, require_name
-from fric.log import Log
+from fric.log import FromFile, Log
 from fric.series import keep
 from fric.units import Motion, is_effort, si_unit
 from fric.verb import require_within
@@ -105,7 +105,7 @@ class AxisTrace:
 
 
 @dataclass(frozen=True)
-class MeasuredCircle:
+class MeasuredCircle(FromFile):
     """A circle test.
 
     radius, feed: Nominal radius [m], and speed along the circle [m/s].
@@ -119,6 +119,8 @@ class MeasuredCircle:
     Raises FricError: When radius or feed are not positive or beyond every machine, the direction is none, neither
         traces nor a deviation are there, an axis does not move, or `fric.series.keep` raises.
     """
+
+    called = "test"
 
     radius: float
     feed: float
@@ -157,11 +159,6 @@ class MeasuredCircle:
                     f"axis {name} moves by {travel * 1e6:.3g} µm on a circle of {self.radius * 1e3:.3g} mm",
                     where=self.where, hint="Is it the column of the measured position, in the right unit?",
                 )  # fmt: skip
-
-    @property
-    def where(self) -> str:
-        """File and test, for messages."""
-        return f"{self.source}, test '{self.name}'" if self.source else f"test '{self.name}'"
 
     @property
     def is_slow(self) -> bool:

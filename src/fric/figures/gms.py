@@ -66,9 +66,9 @@ def _cycle(axes: Axes, fit: GMSFit, hysteresis: HysteresisCycles, force: Scale) 
     z, F = (position - middle * far) * length[0], record.force * force[0]
     axes.plot(z, F, color=GREY, lw=0.6, label="record")
     ends = dict(fit.curve.record)
-    start = max((end for end in ends.values() if end < 0.95 * ends.get(record.name, np.inf)), default=0.0)
+    start = max((end for end in ends.values() if end < 0.95 * ends.get(record.log.name, np.inf)), default=0.0)
     label: str | None = "for the virgin curve"
-    for first, reversal, last in hysteresis.chosen() if record.name in ends else []:
+    for first, reversal, last in hysteresis.chosen() if record.log.name in ends else []:
         for a, b in ((first, reversal), (reversal, last)):
             part = slice(a, b + 1)
             travel = 0.5 * np.abs(position[part] - position[a])
@@ -76,7 +76,7 @@ def _cycle(axes: Axes, fit: GMSFit, hysteresis: HysteresisCycles, force: Scale) 
             axes.plot(z[part][chosen], F[part][chosen], color=VERMILION, lw=0.9, label=label)
             label = None
     place = "position from the middle" if far else "position"
-    axes.set(xlabel=f"{place} [{length[1]}]", ylabel=f"friction [{force[1]}]", title=record.name)
+    axes.set(xlabel=f"{place} [{length[1]}]", ylabel=f"friction [{force[1]}]", title=record.log.name)
     axes.legend(loc="center")
 
 

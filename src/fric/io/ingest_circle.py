@@ -3,7 +3,7 @@
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import pi
 from pathlib import Path
@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from fric.arrays import Real
-from fric.circles.measured import AxisTrace, Instrument, MeasuredCircle
+from fric.circles.measured import CHANNELS, AxisTrace, Instrument, MeasuredCircle
 from fric.circles.revolutions import find_circles, fit_circle, rounded
 from fric.columns import BALL_BAR, CIRCLE
 from fric.documents.base import provenance
@@ -282,7 +282,7 @@ def _tests(
         yield _ball_bar(channels, stated, source, digest)
         return
     names = list(dict.fromkeys(name.partition(".")[0] for name in channels if name.endswith(".position")))[:2]
-    time = channels["time"]
+    time, unit = channels["time"], si_unit("force", motion)
     by = "reference" if all(f"{name}.reference" in channels for name in names) else "position"
     moved = [channels[f"{name}.{by}"] for name in names]
     circles = find_circles(time, moved[0], moved[1]) if len(moved) > 1 else []  # axes may have velocities alone
@@ -291,19 +291,15 @@ def _tests(
             "there is no whole circle in it", where=source,
             hint="Record a whole revolution at steady feed, of both axes that make the circle.",
         )  # fmt: skip
+    traces = {
+        name: AxisTrace(
+            time, **{of: channels[key] for of in CHANNELS if (key := f"{name}.{of}") in channels}, unit=unit
+        )
+        for name in names
+    }
     for n, circle in enumerate(circles, start=1):
-        axes = {
-            name: AxisTrace(
-                time[circle.samples] - time[circle.samples][0],
-                **{
-                    channel: channels[f"{name}.{channel}"][circle.samples]
-                    for channel in ("position", "reference", "input", "force")
-                    if f"{name}.{channel}" in channels
-                },
-                unit=si_unit("force", motion),
-            )
-            for name in names
-        }
+        cut = {name: trace.part(circle.samples) for name, trace in traces.items()}
+        axes = {name: replace(trace, time=trace.time - trace.time[0]) for name, trace in cut.items()}
         radius = stated.radius or rounded(circle.radius, 1e-5 if by == "reference" else 2e-3)
         yield MeasuredCircle(
             radius, stated.feed or rounded(circle.feed), stated.direction or circle.direction, axes,

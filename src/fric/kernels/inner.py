@@ -28,10 +28,6 @@ def address_of(step: Step) -> float:
     return float(made.__wrapper_address__())
 
 
-def _plain_step_at(address: float) -> Step:
-    return _PLAIN[address]
-
-
 @intrinsic
 def _step_at(typing: Any, address: Any) -> Any:
     """Return the step at an address, as a first-class function of the C calling convention."""
@@ -47,4 +43,4 @@ def _step_at(typing: Any, address: Any) -> Any:
     return STEP_FUNCTION(types.float64), generate
 
 
-step_at: Any = _plain_step_at if _PLAINLY else _step_at  # ``step = step_at(address)`` inside a compiled step
+step_at: Any = _PLAIN.__getitem__ if _PLAINLY else _step_at  # ``step = step_at(address)`` inside a compiled step

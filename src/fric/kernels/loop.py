@@ -131,21 +131,10 @@ def _closed_loop(  # noqa: PLR0913 - compiled: Numba takes arrays, not objects
         sample = Sample(rows[0, n], rows[1, n], rows[2, n], measured, u, control, excess, estimate)
         volts = controller(sample, n, rows, states[0], given[0])
         ahead, estimate = rows[FRICTION, n], 0.0
-        if count > 1:
-            out = first(sample, n, rows, states[1], given[1])
-            if roles[1] == OBSERVER:
-                estimate += out
-            else:
-                ahead += out
-        if count > 2:
-            out = second(sample, n, rows, states[2], given[2])
-            if roles[2] == OBSERVER:
-                estimate += out
-            else:
-                ahead += out
-        if count > 3:
-            out = third(sample, n, rows, states[3], given[3])
-            if roles[3] == OBSERVER:
+        for k in range(1, count):
+            block = first if k == 1 else second if k == 2 else third
+            out = block(sample, n, rows, states[k], given[k])
+            if roles[k] == OBSERVER:
                 estimate += out
             else:
                 ahead += out

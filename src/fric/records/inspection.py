@@ -91,7 +91,7 @@ def too_coarse(records: Sequence["Prepared"]) -> list[Notice]:
         strokes = np.abs(np.diff(z[inside])) if len(inside) > 2 else np.ptp(z)  # so small that no reversal is seen
         steps = 0.5 * float(np.median(strokes)) / record.motion.step
         if steps < STEPS:
-            found.append(ENCODER_TOO_COARSE.found(f"record '{record.name}'", steps=steps))
+            found.append(ENCODER_TOO_COARSE.found(f"record '{record.log.name}'", steps=steps))
     return found
 
 
@@ -242,7 +242,7 @@ def energy_changes(record: "Prepared", modelled: Real, seen: Mask) -> Iterator[N
     measured, replayed = (cycle_energies(motion.position, force, reversals) for force in (record.force, modelled))
     usual = float(np.sum(replayed)) / max(len(replayed), 1)
     for notice in energy_warnings(measured / replayed * usual, motion.time[reversals[::2]], record.log.motion):
-        yield notice.at(f"record '{record.name}'")
+        yield notice.at(f"record '{record.log.name}'")
 
 
 SPEEDS = 5  # Least number of speeds for a map: the number of its parameters plus one

@@ -93,11 +93,6 @@ class Prepared:
     reversals: Indices  # Samples at which the motion reverses, shape (r,); of a record in sliding, its velocity
     done: Preparation  # What was made of the record
 
-    @property
-    def name(self) -> str:
-        """Name of the record."""
-        return self.log.name
-
     @cached_property
     def slides(self) -> bool:
         """True for a record in sliding, which only shows the frictional lag; see `in_sliding`."""
@@ -372,7 +367,7 @@ def without_loaded(records: Sequence[Prepared]) -> tuple[list[Prepared], list[No
     for record in records:
         at = strokes_of(record) if kind_of(record.log) in PRESLIDING else np.zeros(0, np.intp)
         if begins_loaded(record, at):
-            loaded.append(record.name)
+            loaded.append(record.log.name)
             record = replace(record, used=record.used & (np.arange(len(record.force)) >= at[1]))
         kept.append(record)
     return kept, [BEGINS_LOADED.found(records=loaded)] if loaded else []

@@ -172,9 +172,7 @@ class FrictionCurves:
     maps: Mapping[str, Band]  # ``both``, or ``positive`` and ``negative``: force over speed in the direction of motion
     points: tuple[SpeedPoint, ...] = ()  # measured strokes, the offset of the force channel taken off
     fitted: bool = False  # whether the map's band is by the covariance of its fit, not by the intervals alone
-    virgin: Band | None = None  # of the GMS model
-    measured_virgin: VirginCurve | None = None  # of the logs
-    knots: tuple[Real, Real] | None = None  # slip displacement of each block [m], and the force there [N]
+    virgin: Virgin | None = None  # of the GMS model, and of the logs
     hysteresis: tuple[ReplayedCycle, ...] = ()
     notes: tuple[str, ...] = ()  # why something is not drawn
     halves: str = ""  # whether halves of the strokes agree, see `agreement`
@@ -220,11 +218,9 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     hysteresis, curve = ((), None) if without else _measured(waves, plant, model)
     longest = 1.6 * float(model.slip_displacements.max())
     longest = max(longest, float(curve.displacement[-1])) if curve is not None else longest
-    knots = np.sort(model.slip_displacements)
-    return FrictionCurves(
-        maps, points, bool(together), virgin_band(sections, longest), curve, (knots, model.virgin_curve(knots)),
-        hysteresis or model_cycles(model), tuple(notes), agree,
-    )  # fmt: skip
+    knots, band = np.sort(model.slip_displacements), virgin_band(sections, longest)
+    virgin = Virgin(item.motion, float(band.y.max()), band, knots, model.virgin_curve(knots), curve)
+    return FrictionCurves(maps, points, bool(together), virgin, hysteresis or model_cycles(model), tuple(notes), agree)
 
 
 def _plant(inputs: ReportInput, item: Item, fit: Fit) -> tuple[Plant | None, list[str]]:
@@ -434,16 +430,13 @@ def friction_map(item: Item, curves: FrictionCurves) -> list[PageFigure]:
 
 def virgin_curves(item: Item, curves: FrictionCurves) -> list[PageFigure]:
     """Return the virgin curve with its band and knots, over displacement and over its logarithm."""
-    if curves.virgin is None or curves.knots is None:
+    if (found := curves.virgin) is None:
         return []
-    knots, at_knots = curves.knots
-    found = Virgin(item.motion, float(curves.virgin.y.max()), curves.virgin, knots, at_knots, curves.measured_virgin)
     unit = si_unit("position", item.motion)
-    text = ", ".join(readable(float(knot), unit) for knot in knots)
-    alt = (
-        f"Virgin curve of axis {item.axis}: from rest the friction rises to "
-        f"{readable(float(at_knots[-1]), si_unit('force', item.motion))}; its {len(knots)} blocks slip at {text}."
-    )
+    text = ", ".join(readable(float(knot), unit) for knot in found.knots)
+    rise = readable(float(found.at_knots[-1]), si_unit("force", item.motion))
+    alt = f"Virgin curve of axis {item.axis}: from rest the friction rises to {rise}"
+    alt += f"; its {len(found.knots)} blocks slip at {text}."
     plain, near = (virgin_figure(found, logarithmic=logarithmic) for logarithmic in (False, True))
     return [
         PageFigure(f"virgin-{item.axis}", "Virgin curve", f"Knots at {text}. {BAND_CAPTION}", alt, plain),

@@ -300,7 +300,7 @@ def _axis(name: str, files: AxisFiles, part: AxisPart, published: bool) -> dict[
     return {"name": name, "tables": tables, "figures": pictures}
 
 
-FEEDS = (0.1, 0.01)  # Feeds of Fig. 8 and Fig. 9 [m/s]
+FEEDS = {8: 0.1, 9: 0.01}  # Feeds by the figure of the paper that shows their circles [m/s]
 MOST_SAMPLES = 30_000  # Samples of a trace that a run file keeps: a folder is to be sent by mail
 
 
@@ -382,7 +382,7 @@ def reproduce_paper(
     files = {name: AxisFiles(folder / name) for name in names}
     learned = [path for file in files.values() for path in file.learned]
     figures = [path for file in files.values() for path in (file.fig_plant, file.fig_2, file.fig_4_5, file.fig_7)]
-    circles = {feed: circle_files(folder, feed) for feed in FEEDS}
+    circles = {feed: (folder / f"circle-{1e3 * feed:g}mm_s.h5", folder / f"fig-{n}.png") for n, feed in FEEDS.items()}
     identified, page = folder / "machine.yaml", folder / "index.html"
     runs: dict[float, list[CircleRun]] = {}
 
@@ -409,12 +409,6 @@ def reproduce_paper(
         made += ran
         advance()
     return Reproduction(subject, page, runs, reproduction_steps(len(names)), made)
-
-
-def circle_files(folder: Path, feed: float) -> tuple[Path, Path]:
-    """Return the run file and the figure of the circles at one feed [m/s]."""
-    stem = f"circle-{1e3 * feed:g}mm_s"
-    return folder / f"{stem}.h5", folder / f"fig-{'8' if feed == FEEDS[0] else '9'}.png"
 
 
 def _identified_machine(machine: Path, files: Mapping[str, AxisFiles], output: Path) -> None:

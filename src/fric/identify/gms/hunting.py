@@ -135,7 +135,7 @@ class Hunting:
         cascade = usual_cascade(plant, sampling, lags)
         axis = Axis(record.log.axis, plant, cascade, model, encoder=Encoder(m.step), motion=record.log.motion)
         run = run_axis(axis, reference, accuracy=ACCURACY)
-        log = logged(axis, run, (0, count), -(-count // divider), record.name, "presliding-sine", 0)
+        log = logged(axis, run, (0, count), -(-count // divider), record.log.name, "presliding-sine", 0)
         again = prepared([log], self.plant and plant)[0].trimmed()
         return replace(again, done=replace(again.done, own=record.done.own))
 

@@ -56,7 +56,7 @@ class Replay:
     @property
     def name(self) -> str:
         """Name of the record."""
-        return self.record.name
+        return self.record.log.name
 
     @property
     def kind(self) -> str:
@@ -253,7 +253,7 @@ def _on_time(ready: Sequence[Prepared], identified: Fit) -> tuple[GMSFit, list[N
         return fit, []
     for _ in range(2):
         by = float(replay_fit.mean_lag(late.values()))
-        again, left = identified([record.later(by) if record.name in late else record for record in ready])
+        again, left = identified([record.later(by) if record.log.name in late else record for record in ready])
         late = {name: Estimate.around(by + float(lag), lag.unit, lag.half_width) for name, lag in left.items()}
         if not replay_fit.one_lag(ready, late, 1.0):
             break
@@ -474,11 +474,11 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
     first = float(fit.model.slip_displacements[0])
     if first < RESOLVED * step:
         yield FIRST_BLOCK_UNRESOLVED.found(slip=Estimate(first, metre), step=Estimate(step, metre))
-    shares = {cycle.record.name: cycle.record.done.inertia_share or 0.0 for cycle in fit.hysteresis}
+    shares = {cycle.record.log.name: cycle.record.done.inertia_share or 0.0 for cycle in fit.hysteresis}
     fast = {name: share for name, share in shares.items() if share > INERTIA}
     for name, share in fast.items():
         yield flaws.SINE_TOO_FAST.found(f"record '{name}'", share=share, slower=float(np.sqrt(share / INERTIA)))
-    if loaded := [cycle.record.name for cycle in fit.hysteresis if cycle.loaded]:
+    if loaded := [cycle.record.log.name for cycle in fit.hysteresis if cycle.loaded]:
         yield flaws.BEGINS_LOADED.found(records=loaded)
     if fit.C.assumed:
         reasons = {

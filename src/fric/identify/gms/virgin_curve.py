@@ -253,7 +253,7 @@ def virgin_curve(
                 where=group[0].record.log.where,
                 hint="Log a larger amplitude: ten steps or more. Look at the sign of the force.",
             )
-        parts.append((group[0].record.name, place[keep], merged[:, keep], float(np.mean(levels))))
+        parts.append((group[0].record.log.name, place[keep], merged[:, keep], float(np.mean(levels))))
         extent = float(place[keep].max(initial=extent))
         last = (place[keep][-NEIGHBOURS:], merged[:, keep][:, -NEIGHBOURS:]) if keep.any() else last
     mismatch, half = max(steps, key=lambda step: abs(step[0]), default=(0.0, 0.0))

@@ -343,7 +343,7 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
     half = quantile * np.hypot(deviation, [records[n].done.timing for n in cycled])
     unit = si_unit("time", records[0].log.motion)
     return {
-        records[n].name: Estimate.around(float(value), unit, float(width))
+        records[n].log.name: Estimate.around(float(value), unit, float(width))
         for n, value, width in zip(cycled, step, half, strict=False)
     }
 
@@ -361,7 +361,7 @@ def credible(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
 
 
 def _intervals(records: Sequence[Prepared]) -> dict[str, float]:
-    return {record.name: float(np.median(np.diff(record.motion.time))) for record in records}
+    return {record.log.name: float(np.median(np.diff(record.motion.time))) for record in records}
 
 
 def mean_lag(late: Iterable[Estimate]) -> Estimate:
@@ -382,7 +382,7 @@ def one_lag(records: Sequence[Prepared], late: Mapping[str, Estimate], clear: fl
     if not every:
         return False
     same = all(abs(float(a) - float(b)) <= np.hypot(a.half_width, b.half_width) for a, b in combinations(every, 2))
-    spans = [float(np.ptp(record.motion.position[record.used])) for record in records if record.name in late]
+    spans = [float(np.ptp(record.motion.position[record.used])) for record in records if record.log.name in late]
     repeats = len(every) / (1 + int(_motions(spans).max()))
     return same and abs(float(mean := mean_lag(every))) > clear * mean.half_width * repeats**0.5
 

@@ -518,24 +518,18 @@ def shaped(path: Path, head: bytes, layout: Layout) -> Shape:
 
 
 class _Piece:
-    """Bytes as pandas' C parser takes them: a BytesIO it would have decoded, only to encode the text again.
+    """Bytes as pandas' C parser takes them: a BytesIO it would have decoded, only to encode the text again."""
 
-    parts: The bytes; they are not joined.
-    """
-
-    def __init__(self, parts: Sequence[memoryview]) -> None:
-        self._parts = [part for part in parts if len(part)]
+    def __init__(self, whole: bytes) -> None:
+        self._left = memoryview(whole)
 
     def read(self, size: int) -> bytes:
         """Return the next bytes, ``size`` of them at most, and none at the end."""
-        if not self._parts:
-            return b""
-        taken, left = self._parts[0][:size], self._parts[0][size:]
-        self._parts[:1] = [left] if len(left) else []
+        taken, self._left = self._left[:size], self._left[size:]
         return bytes(taken)
 
-    def __iter__(self) -> Iterator[memoryview]:  # without which it is no file to pandas
-        return iter(self._parts)
+    def __iter__(self) -> Iterator[int]:  # without which it is no file to pandas
+        return iter(self._left)
 
 
 class TextTable(ForeignTable):
@@ -566,7 +560,7 @@ class TextTable(ForeignTable):
         with ThreadPoolExecutor(THREADS, thread_name_prefix="parse") as threads:
             for piece in chain(self._pieces(), repeat(None, AHEAD)):
                 if piece:
-                    waiting.append((sum(map(len, piece)), threads.submit(self._parsed, piece)))
+                    waiting.append((len(piece), threads.submit(self._parsed, piece)))
                 if waiting and (piece is None or len(waiting) == AHEAD):
                     size, parsed = waiting.popleft()
                     yield (frame := self._frame(parsed, row)), size
@@ -581,10 +575,9 @@ class TextTable(ForeignTable):
         numbers = {word: float(n) for n, word in enumerate(self.labels)}
         return words.map(numbers).to_numpy(dtype="f8", na_value=np.nan)
 
-    def _pieces(self) -> Iterator[list[memoryview]]:
-        """Cut the data into pieces of whole lines, each of some parts, in an encoding in which a digit is a byte."""
-        wide = "\0".encode(self.shape.encoding) != b"\0"
-        rest: list[memoryview] = []
+    def _pieces(self) -> Iterator[bytes]:
+        """Cut the data into pieces of whole lines, in an encoding in which a digit is a byte."""
+        wide, last = "\0".encode(self.shape.encoding) != b"\0", b""
         try:
             with _opened(self.path, self._zipped, self.shape.encoding if wide else None) as file:
                 for _ in range(self.shape.first):
@@ -592,22 +585,20 @@ class TextTable(ForeignTable):
                 read_so_far = 0
                 while read := file.read(PIECE):
                     content = read.encode() if wide else read
-                    end, whole = content.rfind(b"\n") + 1, memoryview(content)
+                    end = content.rfind(b"\n") + 1
                     read_so_far += len(content)
-                    self._refuse_bomb(read_so_far, len(content) if end else sum(map(len, rest)) + len(content))
-                    rest.append(whole[:end] if end else whole)
+                    self._refuse_bomb(read_so_far, len(content) if end else len(last) + len(content))
                     if end:
-                        yield rest
-                        rest = [whole[end:]]
+                        yield last + content[:end]
+                    last = content[end:] if end else last + content
         except (OSError, EOFError, zlib.error, UnicodeError) as error:
             raise FricError(f"is damaged: {error}", where=str(self.path), hint="Copy the file again.") from None
-        last = b"".join(rest)
         cells = last.split() if self.shape.delimiter == "whitespace" else last.split(self.shape.delimiter.encode())
         # a line without an end and with fewer cells: there the log stopped
         if last.strip() and not last.startswith(b"#") and len(cells) < len(self.columns) and b"\r" not in last:
             self.notices = [LINE_CUT.found(str(self.path))]
         elif last:
-            yield [memoryview(last)]
+            yield last
 
     def _refuse_bomb(self, unpacked: int, pending: int) -> None:
         """Raise where a packed file holds more than text packs to, or a line goes on without an end."""
@@ -619,8 +610,8 @@ class TextTable(ForeignTable):
         if what:
             raise FricError(what, where=str(self.path), hint=hint)
 
-    def _parsed(self, piece: Sequence[memoryview]) -> pd.DataFrame:
-        whole = b"".join(piece).replace(MINUS.encode(), b"-")
+    def _parsed(self, piece: bytes) -> pd.DataFrame:
+        whole = piece.replace(MINUS.encode(), b"-")
         whole = _REMARK.sub(b"", whole) if whole.startswith(b"#") or b"\n#" in whole else whole
         frame = self._cells(whole)
         worded = not all(map(pd.api.types.is_numeric_dtype, frame.dtypes))
@@ -628,7 +619,7 @@ class TextTable(ForeignTable):
 
     def _cells(self, whole: bytes) -> pd.DataFrame:
         # Cells are read by their place. The encoding matters for names alone, which are known by now.
-        shape, names, piece = self.shape, range(len(self.columns)), [memoryview(whole)]
+        shape, names = self.shape, range(len(self.columns))
         read_csv: Callable[..., pd.DataFrame] = pd.read_csv  # whose types ask for more of a file than it does
         options: dict[str, Any] = {
             "sep": r"\s+" if shape.delimiter == "whitespace" else shape.delimiter, "decimal": shape.decimal,
@@ -638,23 +629,23 @@ class TextTable(ForeignTable):
         mark = None if shape.delimiter == "whitespace" else shape.delimiter.encode()
         try:
             # of a first row with many empty cells more, each would be a level of an index, which takes gigabytes
-            first = bytes(piece[0][: MOST_LINE >> 5]).partition(b"\n")[0] if piece else b""
+            first = whole[: MOST_LINE >> 5].partition(b"\n")[0]
             if mark and first.count(mark) > len(names) + MOST_EMPTY:
                 raise pd.errors.ParserError("too many fields in line")
             # the first cells of a row that is too long are an index to pandas, evenly spaced ones even a RangeIndex
             longer = (first.count(mark) if mark else len(first.split()) - 1) >= len(names)
             if not self._ragged and not longer:
                 with suppress(pd.errors.ParserError):
-                    frame = read_csv(_Piece(piece), names=names, **options)
+                    frame = read_csv(_Piece(whole), names=names, **options)
                     if isinstance(frame.index, pd.RangeIndex):
                         return frame
                 self._ragged = True
             # columns behind those of the header catch rows that are too long: those with a cell there that is not empty
-            lines = b"".join(piece).splitlines()
+            lines = whole.splitlines()
             widest = max((line.count(mark) + 1 if mark else len(line.split()) for line in lines), default=0)
             if widest > len(names) + MOST_EMPTY:
                 raise pd.errors.ParserError("too many fields in line")
-            return read_csv(_Piece(piece), names=range(max(widest, len(names)) + 1), index_col=False, **options)
+            return read_csv(_Piece(whole), names=range(max(widest, len(names)) + 1), index_col=False, **options)
         except pd.errors.EmptyDataError:
             return pd.DataFrame({name: np.empty(0) for name in names})
 
