@@ -280,3 +280,12 @@ def test_an_interval_that_reaches_beyond_all_drives_is_open() -> None:
     assert found.as_dict()["ci95"] == [0.0, None]
     assert Estimate.read(found.as_dict()) == found
     assert Estimate((1.0, 2.0), "N/m", ((-1e16, 3.0), (0.0, 1e14))).ci95 == ((-inf, 3.0), (0.0, 1e14))
+
+
+@pytest.mark.parametrize("text", ["!!binary aGVsbG8=", "2024-01-01T10:00:00", "!!set {a, b}", "!!omap [a: 1]"])
+def test_a_type_of_yaml_that_no_part_has_is_refused(text: str, tmp_path: Path) -> None:
+    """It was taken for an object of which the part is made: a traceback."""
+    file = tmp_path / "plant.yaml"
+    file.write_text(f"fric: plant/1\naxis: x\nA: 20 1/s\nB: 3 m/(s^2*V)\nT_d: 0.6 ms\nfit:\n  friction: {text}\n")
+    with pytest.raises(FricError, match=r"friction"):
+        read_document(file, PlantDocument)

@@ -329,15 +329,17 @@ BLOCKS = 3  # Number of blocks for a virgin curve of any shape
 def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate]:
     """Return the lag of the logged force behind the position [s], by record, for cycles only.
 
-    It is one Gauss–Newton step from the solution, in the lag of each record and all parameters together, and its
-    interval includes the error of the model that recurs in each cycle, and alignment of the channels to half a sample.
+    It is one Gauss–Newton step from the solution, in the lag of each record, a damping that static map and plant lack,
+    and all parameters together, and its interval includes the error of the model that recurs in each cycle, and
+    alignment of the channels to half a sample.
     """
     records, seen, cycled = search.records, search.seen(best), _cycled(search)
     if not cycled or not seen.any() or search.coordinates.model is not GMS:
         return {}
     rates = _rates(search.coordinates.build(best.x), records)
     late = [search.projected([rate * (n == number) for n, rate in enumerate(rates)]) for number in cycled]
-    gradient = np.column_stack([*late, best.gradient[:, seen]])
+    damping = search.projected([record.motion.velocity for record in records])
+    gradient = np.column_stack([*late, damping, best.gradient[:, seen]])
     step = -np.linalg.lstsq(gradient, best.residual, rcond=None)[0]
     deviation = np.sqrt(np.diag(replay_covariance(gradient, best.residual, records, quantile)))[: len(cycled)]
     half = quantile * np.hypot(deviation, [records[n].done.timing for n in cycled])
