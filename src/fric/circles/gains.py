@@ -227,8 +227,7 @@ class FoundController:
         seen = self.cascade.velocity_filter < 0.999 * self.cascade.sampling
         cascade = replace(self.cascade, sampling=sampling, **({} if seen else {"velocity_filter": sampling}))
         estimates = {name: value for name, value in self.estimates.items() if name != "sampling"}
-        if not seen:
-            estimates["velocity_filter"] = Estimate(sampling, "Hz", assumed=True)
+        estimates |= {} if seen else {"velocity_filter": Estimate(sampling, "Hz", assumed=True)}
         return replace(self, cascade=cascade, estimates=estimates)
 
     def of_fit(self, fit: "_Fit", log_values: Real) -> Self:

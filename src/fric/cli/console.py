@@ -6,7 +6,7 @@ import re
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from io import TextIOWrapper
@@ -184,11 +184,9 @@ def progress(description: str) -> Iterator[Any]:
                     ERR.print(f"{description}: {share}{monotonic() - start:.0f} s{step}", markup=False)
 
         Thread(target=tick, daemon=True).start()
-        try:
-            with heard(begin):
-                yield tell
-        finally:
-            over.set()
+        with heard(begin), ExitStack() as ended:
+            ended.callback(over.set)
+            yield tell
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
