@@ -7,6 +7,7 @@ import os
 import platform
 import subprocess
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from math import inf
 from pathlib import Path
@@ -289,3 +290,14 @@ def test_a_type_of_yaml_that_no_part_has_is_refused(text: str, tmp_path: Path) -
     file.write_text(f"fric: plant/1\naxis: x\nA: 20 1/s\nB: 3 m/(s^2*V)\nT_d: 0.6 ms\nfit:\n  friction: {text}\n")
     with pytest.raises(FricError, match=r"friction"):
         read_document(file, PlantDocument)
+
+
+def test_the_plant_of_a_fit_is_in_units_of_a_plant(tmp_path: Path) -> None:
+    """Its A in ㎜ was read, and ended a report in a traceback."""
+    file, static = tmp_path / "friction.yaml", "F_c: 105 N, F_s: 165 N, v_s: 1 mm/s, sigma: 40 N*s/m"
+    plant = "B: 3 m/(s^2*V), T_d: 0.6 ms, K_f: 500 N/V"
+    for A, fits in (("20 1/s", True), ("5 ㎜", False)):
+        text = f"fric: friction/1\naxis: x\nstatic: {{{static}}}\nfit: {{plant: {{A: {A}, {plant}}}}}\n"
+        file.write_text(text, "utf-8")
+        with nullcontext() if fits else pytest.raises(FricError, match=r"plant.*A: "):
+            read_document(file, FrictionDocument)

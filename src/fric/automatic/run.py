@@ -134,9 +134,8 @@ def find_gains(
     options = {"axis": axis} | ({"motion": motion} if is_effort(motion) else {})
     for path, test in ((file, test) for file in found.circles for test in choose_circles([file])):
         trace = test.axes.get(axis)
-        if trace is None or trace.reference is None or test.scheme not in ("", "a"):
-            continue
-        if test.of_effort({axis: motion}).axes[axis].input is None:
+        driven_by = None if trace is None else test.of_effort({axis: motion}).axes[axis].input
+        if trace is None or driven_by is None or trace.reference is None or test.scheme not in ("", "a"):
             continue
         at = sampled(len(trace.time) / float(trace.time[-1] - trace.time[0]))
         if session.take(step(f"{axis}: gains", "identify controller", [path], options | at, output=made)):

@@ -132,8 +132,10 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
     def _parameters_fit(self) -> Self:
         for name in self.sections():
             self.estimates(name)
-            where = f"{name}: between_records"
-            found = quantities(self.fit_of(name).between_records or {}, SCATTER, self.motion, where)
+            fit, where = self.fit_of(name), f"{name}: between_records"
+            found = quantities(fit.between_records or {}, SCATTER, self.motion, where)
+            if fit.plant is not None:
+                fit.plant.values(self.motion)
             with refused(where):
                 settled(Finding(f"scatter-{of}", float(size), self.motion) for of, size in found.items())
         for name in ("static", *self.model_names()) if self.static else ():  # without a map they are parts

@@ -329,9 +329,8 @@ BLOCKS = 3  # Number of blocks for a virgin curve of any shape
 def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate]:
     """Return the lag of the logged force behind the position [s], by record, for cycles only.
 
-    It is one Gauss–Newton step from the solution, in the lag of each record, a damping that static map and plant lack,
-    and all parameters together, and its interval includes the error of the model that recurs in each cycle, and
-    alignment of the channels to half a sample.
+    It is one Gauss–Newton step from the solution, in the lag of each record, a damping that map and plant lack, and all
+    parameters. Its interval includes what recurs in each cycle, and alignment of the channels to half a sample.
     """
     records, seen, cycled = search.records, search.seen(best), _cycled(search)
     if not cycled or not seen.any() or search.coordinates.model is not GMS:
