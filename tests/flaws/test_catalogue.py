@@ -158,7 +158,7 @@ def hysteresis(**more: object) -> list[Notice]:
         "mismatch": 0.0, "hollow": 0.0, "cycles": 5, "saturates": True, "plant": True,
         "loaded": False,
     } | more  # fmt: skip
-    record = N(name="a", motion=N(step=1e-6), done=N(inertia_share=given["share"]))
+    record = N(log=N(name="a"), motion=N(step=1e-6), done=N(inertia_share=given["share"]))
 
     class Rate(float):
         assumed = given["assumed"]

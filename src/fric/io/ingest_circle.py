@@ -293,7 +293,7 @@ def _tests(
         )  # fmt: skip
     traces = {
         name: AxisTrace(
-            time, **{of: channels[key] for of in CHANNELS if (key := f"{name}.{of}") in channels}, unit=unit
+            time, **{of: channels[key] for of in CHANNELS[1:] if (key := f"{name}.{of}") in channels}, unit=unit
         )
         for name in names
     }
