@@ -90,7 +90,7 @@ def uneven(size: float) -> list[Notice]:
 
 def coarse(size: float) -> list[Notice]:
     z = np.tile([0.0, 2.0 * inspection.STEPS / size], 6)
-    record = N(motion=N(position=z, step=1.0), reversals=np.arange(len(z)), slides=False, name="a")
+    record = N(motion=N(position=z, step=1.0), reversals=np.arange(len(z)), slides=False, log=N(name="a"))
     return inspection.too_coarse([record])
 
 
