@@ -141,10 +141,8 @@ class Written(Part):
     @model_validator(mode="before")
     @classmethod
     def _read_off(cls, given: Any) -> Any:
-        held = isinstance(
-            given, Mapping | BaseModel | list | set | str | bytes | float | int | None
-        )  # as files hold it
-        held = held or type(given).__module__.startswith(("datetime", "ruamel."))
+        held = isinstance(given, Mapping | BaseModel | list | set | str | bytes | float | int | None)
+        held = held or type(given).__module__.startswith(("datetime", "ruamel."))  # what a file holds
         return given if held else read_off(cls, given)
 
 

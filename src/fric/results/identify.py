@@ -331,6 +331,7 @@ def identify_controller(
             if not recognises(Path(records[0]), file.read(HEAD)):
                 raise FricError("is not an auto-tuning result of SINUMERIK", where=str(records[0]),
                                 hint="Read a log with `fric ingest` first, and give what it writes.")  # fmt: skip
+        useless("a circle or a log", sampling=sampling)
         tuned = cascade_of(Path(records[0]), quantity(position_gain, "rate"))
         gains = ControllerPart.of(tuned[2], tuned[1])
         return GainsResult(FoundController(tuned[2], gains, None, str(records[0])), *tuned[:2])
