@@ -17,9 +17,9 @@ MOST_BYTES = 1.6e9  # Largest memory of what is simulated together [byte]: 18 mi
 MOST_LEAD = 1.0  # Largest lead [s]: four times the longest delay of a loop
 
 
-def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
-    """Return the instants of a motion [s] at a sampling rate [Hz], shape (n,)."""
-    refuse_long(duration, sampling)
+def instants(duration: float, sampling: float, *, more: int = 0, axes: int = 1) -> Real:
+    """Return the instants of a motion [s] of a number of axes at a sampling rate [Hz], shape (n,)."""
+    refuse_long(duration, sampling, axes)
     return np.arange(ceil(duration * sampling) + more) / sampling
 
 
@@ -53,11 +53,6 @@ class Reference:
     def time(self) -> Real:
         """Sample instants [s], from 0, shape (n,)."""
         return np.arange(len(self)) / self.sampling
-
-    def __add__(self, other: "Reference") -> "Reference":
-        """Return the sum of two motions of one length."""
-        parts = ("position", "velocity", "acceleration")
-        return Reference(self.sampling, *(getattr(self, part) + getattr(other, part) for part in parts))
 
     def ahead(self, lead: float) -> "Reference":
         """Return the motion a lead later, at the same instants.
@@ -235,7 +230,7 @@ def circle(
     """
     omega = direction * feed / radius
     ramp = pi / abs(omega)  # a quarter turn: half the feed on average
-    t = instants(ramp + revolutions * 2 * pi / abs(omega), sampling, more=1)
+    t = instants(ramp + revolutions * 2 * pi / abs(omega), sampling, more=1, axes=2)
     S, integral, slope, _ = smooth_step(t / ramp)
     angle = -direction * pi / 4 + omega * ramp * integral
     rate, change = omega * S, omega * slope / ramp

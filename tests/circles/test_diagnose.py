@@ -53,6 +53,18 @@ def test_known_faults_are_found(both):
         assert sum(one[name] for one in found) >= 3, name
 
 
+def test_a_lag_of_more_samples_than_are_computed_at_once_is_that_of_all(monkeypatch):
+    faults, rng = drawn_faults(np.random.default_rng(3)), np.random.default_rng(4)
+    tests = [circle(faults, rng, direction=s) for s in (1, -1)]
+    every = diagnose(tests)
+    monkeypatch.setattr("fric.circles.diagnose.MANY", len(every.tests[0].angle) // 7)
+    means = diagnose(tests)
+    assert np.allclose(means.model[0], every.model[0], rtol=0, atol=1e-15)
+    for name in "xy":
+        assert 0 < abs(means.lag[name].value - every.lag[name].value) < 2e-6
+        assert np.ptp(means.lag[name].ci95) < 2 * np.ptp(every.lag[name].ci95)
+
+
 @pytest.mark.long(110)
 def test_the_intervals_alone_hold_known_faults_in_93_to_98_percent_of_200_seeds():
     found = [held(seed, both=seed % 2 == 0, near=0.0) for seed in range(200)]

@@ -441,7 +441,7 @@ def test_the_traces_of_a_circle_are_those_of_all_axes_and_schemes(monkeypatch: p
     monkeypatch.setattr(reference, "MOST_BYTES", 1.5e7)
     assert fric.circle("xy-table", "a", radius=0.01).runs
     with pytest.raises(FricError, match=r"samples at 4000 Hz of 2 axes in 6 runs take .* GB, and 0.015 GB"):
-        fric.circle("xy-table", radius=0.1)
+        fric.circle("xy-table", radius=0.05)
 
 
 def test_the_run_of_the_median_is_the_same_where_the_others_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,3 +1,4 @@
+import tracemalloc
 from pathlib import Path
 
 import h5py
@@ -130,3 +131,15 @@ def test_a_recording_that_cannot_be_followed_is_refused(tmp_path: Path) -> None:
         RecordedPath(t[::-1], t, t)
     with pytest.raises(FricError, match="does not move"):
         RecordedPath(t, 0.0 * t, 0.0 * t)
+
+
+def test_a_path_that_is_too_long_is_refused_before_it_is_laid_out():
+    """Both axes count: six million samples of each took 2 GB before they were refused."""
+    path = PointPath(*turned(0, 300), 0.03 * np.radians(300) / 1500)  # 25 minutes
+    tracemalloc.start()
+    try:
+        with pytest.raises(FricError, match="are simulated at most"):
+            path.references(4000.0)
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()

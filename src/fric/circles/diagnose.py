@@ -6,7 +6,7 @@ Where a machine file predicts the circle otherwise, the likely cause of the diff
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import copysign, degrees, inf, log, pi
 from typing import Any
 
@@ -106,7 +106,9 @@ WITHIN = np.array([[np.log(FADES[0]), -0.5], [np.log(FADES[-1]), 1.0]])
 SPREAD = np.array([np.log(FADES[-1] / FADES[0]) / np.sqrt(12.0), 0.3])
 """Prior standard deviations of ln λ and κ: λ is one of `FADES`, and no tail is far from an
 exponential (that of two equal poles has κ = λ over its angle so far, 0.15 to 0.3)."""
-MOST_FITTED = 10_000  # Largest number of samples for the fit of the geometry; of more, means over neighbours are used
+MOST_FITTED, MANY = 10_000, 100_000
+"""Largest number of samples for the fit of the geometry, and for that of a lag, which is computed at once: of more,
+means over neighbours are used."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +125,10 @@ class Geometry:
 
     def model(self, tested: Revolutions, n: int) -> Real:
         """Return the explained part of a test, shape (n,) [m]."""
-        return columns_of(tested, n, self.many, self.lines) @ self.values
+        parts = np.array_split(tested.angle, -(-len(tested.angle) // MANY))
+        return np.concatenate(
+            [columns_of(replace(tested, angle=part), n, self.many, self.lines) @ self.values for part in parts]
+        )
 
     def error_at(self, tested: Revolutions, n: int, angle: float) -> float:
         """Return the standard error of the explained part at an angle [m]."""
@@ -356,15 +361,15 @@ def _lag(
     tested: Revolutions, error: Real, axis: int, behind: Mapping[str, float], fit: Geometry
 ) -> tuple[float, float, int]:
     """Return a lag and its standard error [s], and the degrees of freedom of that."""
-    used = np.flatnonzero(quiet(tested, behind))
-    along = tested.angle[used] - axis * pi / 2  # the axis moves as the cosine of this
+    used, every = np.flatnonzero(quiet(tested, behind)), -(-len(error) // MANY)
+    part, segments = _means(replace(tested, deviation=error), used, every)
+    along, error = part.angle - axis * pi / 2, part.deviation  # the axis moves as the cosine of this angle
     speed = -tested.test.direction * tested.test.feed * np.sin(along)
-    beyond, size = (each[used] for each in behind_of(tested, behind))
+    beyond, size = behind_of(part, behind)
     tails, _, bent = tails_of(beyond, size, fit.fade, fit.bend)  # each bent by itself: one axis' share alone
-    columns = np.column_stack([speed, np.ones(len(used)), np.cos(along), np.sign(speed), tails, bent])
-    values, *_ = np.linalg.lstsq(columns, error[used], rcond=None)
-    segments = [len(array) for array in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
-    residual = error[used] - columns @ values
+    columns = np.column_stack([speed, np.ones(len(along)), np.cos(along), np.sign(speed), tails, bent])
+    values, *_ = np.linalg.lstsq(columns, error, rcond=None)
+    residual = error - columns @ values
     if np.ptp(residual) <= 1e-12 * max(float(np.ptp(error)), 1e-15):
         return float(values[0]), 0.0, 1
     variance = float(covariance_of(columns, residual, segments)[0, 0])
@@ -661,7 +666,7 @@ def predict(
     """
     test = measured.test
     circle = Circle(test.radius, test.feed, 2, test.direction)
-    run = run_circle(machine, scheme, circle)
+    run = run_circle(machine, scheme, circle, schemes=4)  # as many: the measured circle and both diagnoses are kept
     found = diagnose([measured_from_run(run)])
     done()
     if not known:

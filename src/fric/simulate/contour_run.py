@@ -437,7 +437,7 @@ class PointPath:
                 f"a path of {length[-1] * 1e3:.3g} mm is too short for {self.feed * 1e3:g} mm/s",
                 hint="Lower the feed, or give a longer path.",
             )
-        t = instants(cruise + 2 * RAMP, sampling, more=1)
+        t = instants(cruise + 2 * RAMP, sampling, more=1, axes=2)
         up, up_travel, up_slope, _ = smooth_step(t / RAMP)
         down, down_travel, down_slope, _ = smooth_step((t - cruise - RAMP) / RAMP)
         travelled = np.minimum(self.feed * RAMP * (up_travel - down_travel), length[-1])
@@ -490,7 +490,7 @@ class RecordedPath:
     def references(self, sampling: float) -> tuple[Reference, Reference]:
         """Return the motion of both axes, sampled at a rate [Hz]."""
         span = self.time[-1] - self.time[0]
-        refuse_long(span, sampling)
+        refuse_long(span, sampling, axes=2)
         t = np.arange(floor(span * sampling + 1e-6) + 1) / sampling + self.time[0]
         made = []
         for values in (self.x, self.y):
