@@ -323,7 +323,7 @@ DIFFERENT = 1e-3  # Probability of such a scatter with equal parameters, below w
 OF_TWO = 0.05  # Probability above which two records are not said to scatter: one difference hardly tells the next
 
 
-def excess_variance(residual: Real, standard_error: Real, freedom: int) -> float:
+def excess_variance(residual: Real, standard_error: Real, freedom: float) -> float:
     """Return the variance that explains residuals (..., n) larger than their standard errors (n,).
 
     Paule and Mandel's (1982) estimate: the smallest q ≥ 0 with ``Σ r²/(se² + q)`` at most the degrees of freedom.

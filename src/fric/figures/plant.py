@@ -84,7 +84,8 @@ def _model(top: Axes, middle: Axes, fit: PlantFit) -> None:
             seen = response.of(fit.solution, f)
             top.plot(f, 20 * np.log10(np.abs(seen)), linewidth=0.8, **look(n))
             middle.plot(f, np.degrees(_phase(seen)), linewidth=0.8, **look(n))
-    label = "eq. (1), 95 %" if fit.second_mass is None else "eq. (1) and a second mass, 95 %"
+    friction = " and friction's hysteresis" if solution.form.friction == "hysteresis" else ""
+    label = f"eq. (1){friction}{' and a second mass' if fit.second_mass else ''}, 95 %"
     top.plot(f, 20 * np.log10(np.abs(G)), color=BLACK, label=label, zorder=4)
     A, B, T_d = (fit.estimates[name] for name in ("A", "B", "T_d"))
     unit = B.unit.replace("*", "·").replace("^2", "²")
