@@ -53,6 +53,21 @@ def test_of_risen(identified):
     return measured_from_run(run_circle(risen(identified), PAPER_SCHEMES["a"], CIRCLE))
 
 
+def test_noise_of_a_voltage_is_no_friction_that_makes_the_loop_swing(identified):
+    """Counts of an encoder in an aliased voltage, as residual friction, were an observer's limit cycle."""
+    rng = np.random.default_rng(0)
+    run = measured_from_run(run_circle(risen(identified), PAPER_SCHEMES["a"], replace(CIRCLE, revolutions=3)))
+    axes = {
+        name: replace(trace, input=trace.input + rng.normal(0.0, 0.15, len(trace.input)))
+        for name, trace in run.axes.items()
+    }
+    noisy = LeftOver.of([replace(run, axes=axes)], identified, ["x", "y"])(identified)
+    exact = LeftOver.of([run], identified, ["x", "y"])(identified)
+    swings = [run_circle(machine, PAPER_SCHEMES["d"], CIRCLE).circularity.oscillation for machine in (noisy, exact)]
+    assert swings[0] < swings[1] + 0.3e-6
+    assert np.allclose(quadrants(noisy, "a"), quadrants(exact, "a"), rtol=0, atol=2e-6)
+
+
 def test_travel_begins_anew_where_the_motion_has_come_back_by_the_play():
     way = np.concatenate([np.linspace(0, 1e-4, 101), np.linspace(1e-4, 5e-5, 51)[1:]])
     direction, travel = since_reversal(way)

@@ -13,6 +13,7 @@ from math import exp, floor, log10
 from zlib import crc32
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from fric.arrays import Real
 from fric.circles import tune_fit
@@ -42,7 +43,7 @@ from fric.flaws.circle import CIRCLE_DRIFTS, CIRCLE_MISFIT, TUNED_IN_PART, TUNIN
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import CIRCLE_ELSEWHERE, NO_MEASURED_CIRCLE
 from fric.friction import FrictionModel
-from fric.friction.directed import Completed, Directed, directed, since_reversal, travels
+from fric.friction.directed import KNEE, Completed, Directed, directed, since_reversal, travels
 from fric.notice import Notice, once
 from fric.records.flaws import clock_flaws, timing
 from fric.simulate.axis import run_axis
@@ -97,28 +98,49 @@ class LeftOver:
         return replace(machine, axes=axes)
 
 
+SPAN = 21  # Number of neighbouring travels whose mean residual force is kept, whatever its noise: 6 mm
+
+
+def _recurring(sums: Real, counts: Real, grid: Real) -> Real:
+    """Return the part of mean forces [N] that recurs from turn to turn, shape (2, n): a Wiener filter beyond the knee.
+
+    sums, counts: Sum of the forces [N] and their number, by direction and turn, shape (2, turns, n).
+    grid: Travels [m], between which the means are interpolated over their root, shape (n,).
+    """
+    count, turns = np.maximum(counts.sum(axis=1), 1), np.count_nonzero(counts, axis=1)
+    mean = sums.sum(axis=1) / count
+    apart = np.sum(counts * (sums / np.maximum(counts, 1) - mean[:, np.newaxis]) ** 2, axis=1) / count
+    several = turns > 1
+    noise = float(np.mean((apart * turns / np.maximum(turns - 1, 1))[several])) if several.any() else 0.0
+    for row in range(2):
+        if (met := turns[row] > 0).any():
+            mean[row] = np.interp(np.sqrt(grid), np.sqrt(grid[met]), mean[row, met])
+    local = uniform_filter1d(mean, SPAN)
+    power = uniform_filter1d((mean - local) ** 2, SPAN)
+    kept = np.maximum(1.0 - noise / np.maximum(turns, 1) / np.maximum(power, 1e-300), 0.0)
+    mean[:, KNEE:] = (local + kept * (mean - local))[:, KNEE:]
+    return mean
+
+
 def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]], share: float = 1.0) -> Completed:
     """Return a friction model with its mean residual force in records, over the travel since the last reversal.
 
-    Between travels that were met it is interpolated over their root: so it rises with time near a reversal of a circle.
+    Only what recurs from turn to turn is kept: noise of a voltage would make the loop swing. Between travels that were
+    met it is interpolated over their root: so it rises with time near a reversal of a circle.
 
     left: Records, each with the residual force of the model at the samples used [N].
     """
     grid = travels(2 * max(record.test.radius for record, _ in left))
-    sums, counts = np.zeros((2, len(grid))), np.zeros((2, len(grid)))
+    turns = []
     for record, force in left:
-        whole = record.revolution[record.used] >= 0
-        direction, travel = np.array(since_reversal(record.position))[:, record.used][:, whole]
+        turn = record.revolution[record.used]
+        direction, travel = np.array(since_reversal(record.position))[:, record.used]
         nearest = np.searchsorted(0.5 * (grid[1:] + grid[:-1]), travel)
-        for row, sign in enumerate((1.0, -1.0)):
-            same = direction == sign
-            sums[row] += np.bincount(nearest[same], force[whole][same], len(grid))
-            counts[row] += np.bincount(nearest[same], minlength=len(grid))
-    sides = []
-    for total, count in zip(sums, counts, strict=True):
-        met = count > 0
-        mean = np.interp(np.sqrt(grid), np.sqrt(grid[met]), total[met] / count[met]) if met.any() else 0.0 * grid
-        sides.append(share * mean)
+        for of in (turn == n for n in np.unique(turn[turn >= 0])):
+            alike = [of & (direction == sign) for sign in (1.0, -1.0)]
+            turns.append([[np.bincount(nearest[at], w, len(grid)) for w in (force[at], None)] for at in alike])
+    sums, counts = np.array(turns).transpose(2, 1, 0, 3)
+    sides = share * _recurring(sums, counts, grid)
     # rounded to a share of the largest: of 0.2 mN even the sixth digit is one of the last bits of forces of 100 N
     decimals = 5 - floor(log10(max(np.abs(sides).max(), 1e-300)))
     return as_filed(Completed(friction, *map(tuple, np.round(sides, decimals))))
