@@ -128,14 +128,6 @@ def of_level(logs: Sequence[Log], F_s: float) -> Iterator[Finding]:
         yield Finding("level", max(swings) / F_s, logs[0].motion, logs[0].where)
 
 
-def of_shares(shares: Iterable[tuple[Log, float | None, float | None]]) -> Iterator[Finding]:
-    """Yield each record with the shares of inertia and damping in its force, where a plant is given."""
-    for log, *both in shares:
-        for name, share in zip(("inertia", "damping"), both, strict=True):
-            if share is not None:
-                yield Finding(name, share, log.motion, log.where)
-
-
 def of_plant(plant: LinearPlant, motion: Motion, where: str = "") -> Iterator[Finding]:
     """Yield the quantities of a plant with physical bounds; the mass is known with the force constant alone."""
     for name, value in (("A", plant.A), ("B", plant.B), ("T_d", plant.T_d), ("mass", getattr(plant, "M", nan))):

@@ -10,7 +10,7 @@ FILTERS = pytest.mark.parametrize("name", Q_FILTERS)
 
 @FILTERS
 def test_bandwidth_is_where_q_has_fallen_by_three_decibel(name: str) -> None:
-    q = QFilter.of_bandwidth(name, 60.0)
+    q = QFilter(name, 60.0 / QFilter(name, 1.0).bandwidth)
     assert q.bandwidth == pytest.approx(60.0)
     f = np.array([1e-6, 60.0, 60.01, 600.0])
     magnitude = np.abs(q.response(f))

@@ -49,13 +49,13 @@ def fit_circle(x: Real, y: Real) -> tuple[float, float, float]:
     return a + shift_x, b + shift_y, r
 
 
-def find_circles(time: Real, x: Real, y: Real, least: float = 1.0) -> list[FoundCircle]:
+def find_circles(time: Real, x: Real, y: Real) -> list[FoundCircle]:
     """Return the circles of a motion: segments between rests along which it turns steadily around one point.
 
     time, x, y: Sample instants [s], reference or measured position [m], each of shape (n,).
     """
     parts = (slice(*ends) for ends in _moving(time, x, y))
-    circles = (_circle_in(part, time[part], x[part], y[part], least) for part in parts)
+    circles = (_circle_in(part, time[part], x[part], y[part]) for part in parts)
     return [circle for circle in circles if circle]
 
 
@@ -82,7 +82,7 @@ def _moving(time: Real, x: Real, y: Real) -> list[tuple[int, int]]:
     return [(a, b) for a, b in pairwise(sorted(edges)) if b - a > 16 and not still[a:b].all()]
 
 
-def _circle_in(part: slice, time: Real, x: Real, y: Real, least: float) -> FoundCircle | None:
+def _circle_in(part: slice, time: Real, x: Real, y: Real) -> FoundCircle | None:
     a, b, r = fit_circle(x, y)
     if not (np.isfinite([a, b, r]).all() and r > 0):
         return None
@@ -90,7 +90,7 @@ def _circle_in(part: slice, time: Real, x: Real, y: Real, least: float) -> Found
         return None
     angle = np.unwrap(np.arctan2(y - b, x - a))
     turned = float(angle[-1] - angle[0])
-    if abs(turned) < 2 * pi * least - 1e-3:
+    if abs(turned) < 2 * pi - 1e-3:
         return None
     inside = steady(time, angle)
     rate = np.ptp(angle[[inside.start, inside.stop - 1]]) / np.ptp(time[[inside.start, inside.stop - 1]])

@@ -52,11 +52,6 @@ class QFilter:
             raise FricError(f"'{self.name}' is no Q-filter", hint=f"Known are {', '.join(Q_FILTERS)}.")
         require_within(self, "Q", cutoff="(0, inf)")
 
-    @classmethod
-    def of_bandwidth(cls, name: str, bandwidth: float) -> "QFilter":
-        """Return the filter that has fallen by 3 dB at the bandwidth [Hz]."""
-        return cls(name, bandwidth / cls(name, 1.0).bandwidth)
-
     @property
     def poles(self) -> Complex:
         """Poles [rad/s]."""

@@ -517,15 +517,11 @@ class SpreadDocument(Document, type="spread"):
                 check_spreads({name: part.spread()})
         return self
 
-    def read(self) -> dict[str, Spread]:
-        """Return the spreads by name."""
-        return {name: part.spread() for name, part in self.spreads.items()}
-
 
 @verb
 def read_spreads(path: Path | str) -> dict[str, Spread]:
     """Read spreads by name from a spread file."""
-    return read_document(path, SpreadDocument).read()
+    return {name: part.spread() for name, part in read_document(path, SpreadDocument).spreads.items()}
 
 
 CROSSED = 50.0

@@ -61,12 +61,8 @@ class SchemesDocument(Document, type="schemes"):
 
     schemes: dict[str, SchemePart]
 
-    def read(self) -> dict[str, Scheme]:
-        """Return the schemes by name."""
-        return {name: part.scheme(name) for name, part in self.schemes.items()}
-
 
 @verb
 def read_schemes(path: Path | str) -> dict[str, Scheme]:
     """Read compensation schemes by name from a schemes file."""
-    return read_document(path, SchemesDocument).read()
+    return {name: part.scheme(name) for name, part in read_document(path, SchemesDocument).schemes.items()}

@@ -2,7 +2,6 @@
 
 import hashlib
 import io
-import json
 import re
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
@@ -18,7 +17,7 @@ from fric.control.base import ControlBlock, Setting
 from fric.control.scheme import Scheme
 from fric.documents.base import warned
 from fric.documents.machine_files import sections_of
-from fric.errors import FricError, clean
+from fric.errors import FricError
 from fric.export.templates import render as render
 from fric.export.templates import wrapped as wrapped
 from fric.export.translate.program import Program
@@ -264,11 +263,6 @@ def manifest(
         "sources": list(sources),
         **warned(notices),
     }
-
-
-def manifest_text(content: Mapping[str, Any]) -> str:
-    """Return a manifest as JSON."""
-    return clean(json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)) + "\n"
 
 
 def friction_values(model: FrictionModel, motion: Motion) -> dict[str, Any]:

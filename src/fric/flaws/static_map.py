@@ -18,10 +18,6 @@ def _severity(f: Any) -> Severity:
     return by_size(float(f.varies), f.level, f.half_width)
 
 
-def _settling(f: Any) -> Severity:
-    return "note" if f.share < SMALL else "doubt" if f.share < LARGE else "wrong"
-
-
 # fmt: off
 FORCE_OVER_POSITION = Flaw("force-over-position", _severity,
     "Force depends on position: {varies:2} over {length:2} (cogging, cable{either:, friction|}?).",
@@ -54,7 +50,8 @@ STROKES_SCATTER = Flaw("strokes-scatter", lambda f: "doubt" if f.share > SCATTER
 STROKES_IN_PRESLIDING = Flaw("strokes-in-presliding", "doubt",
     "At {speeds} the force still rises when strokes end: they do not slide, and are left out.",
     "Log longer strokes.", widens={"v_s": 0.3})
-STROKES_SETTLING = Flaw("strokes-settling", _settling,
+STROKES_SETTLING = Flaw("strokes-settling",
+    lambda f: "note" if f.share < SMALL else "doubt" if f.share < LARGE else "wrong",
     "In {strokes} strokes from {slowest:2} to {fastest:2} the force settles: up to {most:2} removed (C = {C:2}).",
     "Log longer strokes.",
     widens={"v_s": 0.3}, circle_settles=True)

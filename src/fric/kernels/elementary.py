@@ -151,16 +151,3 @@ def cos_sin(angle: Real) -> tuple[Real, Real]:
     c, s = np.empty(len(angle)), np.empty(len(angle))
     _turned_each(np.ascontiguousarray(angle, float), c, s)
     return c, s
-
-
-@compiled(types.void(types.float64[::1], types.float64[::1]), makes_arrays=False)
-def _expm1_each(x: Real, found: Real) -> None:
-    for n in range(len(x)):
-        found[n] = expm1(x[n])
-
-
-def expm1s(x: Real) -> Real:
-    """Return ``e^x - 1`` of each element, in the array's shape."""
-    found = np.empty(x.size)
-    _expm1_each(np.ascontiguousarray(x, float).ravel(), found)
-    return found.reshape(x.shape)

@@ -19,7 +19,7 @@ import numpy as np
 from numba import types
 
 from fric.arrays import Real
-from fric.kernels.elementary import expm1s
+from fric.kernels.elementary import expm1
 from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 
 ORDERS = 6  # Ways in which a step is taken at most: in one part, in two … in six
@@ -102,7 +102,7 @@ def effective_times(plant: PlantConstants, length: float) -> Real:
     ``(1 - exp(-A·h))/A`` for ``h = length/2^depth/parts``, shape (DEPTH + 1, ORDERS) [s].
     """
     h = length / 2.0 ** np.arange(DEPTH + 1)[:, np.newaxis] / np.arange(1, ORDERS + 1)
-    return -expm1s(-plant.A * h) / plant.A if plant.A > 0.0 else h
+    return -np.vectorize(expm1, "d")(-plant.A * h) / plant.A if plant.A > 0.0 else h
 
 
 @compiled(INSTANT(STEP_FUNCTION, ARRAY, ARRAY, PLANT, INSTANT, *[types.float64] * 3), makes_arrays=False)

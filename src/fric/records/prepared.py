@@ -6,7 +6,7 @@ axis use these records, so the same force at the same instant.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -21,6 +21,7 @@ from fric.errors import FricError, found_in
 from fric.flaws.blocks import BEGINS_LOADED
 from fric.log import Log, refuse_several_axes
 from fric.notice import Notice
+from fric.plausibility import Finding
 from fric.records.motion import (
     Conditioning,
     Motion,
@@ -359,6 +360,14 @@ def begins_loaded(record: Prepared, reversals: Indices) -> bool:
 
     later = max(unlike(n) for n in range(1, len(reversals) - 3))  # one alone is small by chance where a drive hunts
     return unlike(0) > max(UNLIKE * later, LOADED * float(np.ptp(F[reversals[1] : reversals[4]])))
+
+
+def of_shares(records: Iterable[Prepared]) -> Iterator[Finding]:
+    """Yield the shares of inertia and damping in the force of each record, where a plant is given."""
+    for record in records:
+        for name, share in (("inertia", record.done.inertia_share), ("damping", record.done.damping_share)):
+            if share is not None:
+                yield Finding(name, share, record.log.motion, record.log.where)
 
 
 def without_loaded(records: Sequence[Prepared]) -> tuple[list[Prepared], list[Notice]]:

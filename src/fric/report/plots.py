@@ -47,8 +47,8 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.gms.virgin_curve import HysteresisCycles, VirginCurve, find_cycles, virgin_curve
 from fric.identify.halves import halves
-from fric.identify.static_map.identify import stroke_forces
-from fric.identify.static_map.points import SpeedPoint
+from fric.identify.static_map.corrections import corrected
+from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
 from fric.log import ForceVelocity, Log
 from fric.records.prepared import prepared
 from fric.report.collect import Change, Contour, ContourTest, Item, ReportInput
@@ -202,8 +202,8 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     points: tuple[SpeedPoint, ...] = ()
     if static and strokes and not notes:
         offset = float(sections["static"]["offset"]) if "offset" in sections["static"] else 0.0
-        found = stroke_forces(strokes, item.motion, plant)
-        points = tuple(replace(point, force=point.force - offset) for point in found)
+        found = corrected(Strokes.of(strokes, Asked(item.motion, plant)))  # as `identify_static` does by default
+        points = tuple(replace(point, force=point.force - offset) for point in found.points)
     agree = agreement(steady, plant) if points else ""
     together = {name: block.covariance() for name in static if (block := item.document.fit_of(name).covariance)}
     maps = {

@@ -333,7 +333,7 @@ def design_observer(
         raise FricError("cutoff and bandwidth are two names of one choice", hint="Give one of them.")
     wanted = quantity(cutoff, "frequency")
     if bandwidth:
-        wanted = QFilter.of_bandwidth(filter, in_si(bandwidth, "frequency")).cutoff
+        wanted = in_si(bandwidth, "frequency") / QFilter(filter, 1.0).bandwidth
     allowed = parse_gain(peak_sensitivity, 1.0, LARGEST_PEAK)
     try:
         design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)

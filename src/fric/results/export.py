@@ -1,5 +1,6 @@
 """Export of one axis under one scheme, in the language of a controller."""
 
+import json
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -21,9 +22,9 @@ from fric.documents.base import sources
 from fric.documents.bundled import located
 from fric.documents.listings import ExportDocument, TrialPart
 from fric.documents.machine_files import axis_notices, read_machine, read_machine_document
-from fric.errors import FricError, require_known
+from fric.errors import FricError, clean, require_known
 from fric.export import targets
-from fric.export.base import ExportedPart, Files, Target, compensation_of, machine_of, manifest, manifest_text
+from fric.export.base import ExportedPart, Files, Target, compensation_of, machine_of, manifest
 from fric.flaws.prediction import NOTHING_SIMULATED, SCHEME_SATURATES
 from fric.io.circle import read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice, once
@@ -158,7 +159,8 @@ class ExportResult(Result):
         write_folder(Path(path), self._all(), force=force)
 
     def _all(self) -> dict[str, str | bytes]:
-        return {**self.files, "manifest.json": manifest_text(self.document)}
+        text = clean(json.dumps(self.document, ensure_ascii=False, indent=2, allow_nan=False))
+        return {**self.files, "manifest.json": f"{text}\n"}
 
 
 @verb

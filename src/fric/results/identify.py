@@ -34,9 +34,9 @@ from fric.identify.static_map.points import Asked, ShapeFactor
 from fric.input import reading
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
-from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, of_shares, of_strokes, settled
+from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, of_strokes, settled
 from fric.records.flaws import evened
-from fric.records.prepared import prepared, without_loaded
+from fric.records.prepared import of_shares, prepared, without_loaded
 from fric.records.recognition import kind_of
 from fric.records.resolution import without_clipped
 from fric.results.base import (
@@ -621,9 +621,7 @@ def identify_model(
     if kept is not None:
         doubtful += settled(of_level(records, float(kept.estimates("static")["F_s"])))
     ready, loaded = without_loaded(prepared(records, taken_off))
-    doubtful += settled(
-        of_shares((record.log, record.done.inertia_share, record.done.damping_share) for record in ready)
-    )
+    doubtful += settled(of_shares(ready))
     found = identify_by_replay(
         model,
         ready,

@@ -28,11 +28,11 @@ from fric.identify.gms.hunting import PLACES, Hunting
 from fric.identify.replay import replay_fit
 from fric.log import Log
 from fric.notice import Notice
-from fric.plausibility import of_shares, settled
+from fric.plausibility import settled
 from fric.process import one_blas_thread
 from fric.records.flaws import record_flaws, without_kicked
 from fric.records.inspection import RESOLVED, cycle_energies, energy_changes, energy_per_cycle
-from fric.records.prepared import Prepared, prepared
+from fric.records.prepared import Prepared, of_shares, prepared
 from fric.records.recognition import kind_of
 from fric.records.resolution import without_clipped
 from fric.search import simplest
@@ -198,9 +198,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     slow, unsuited = (slow, unsuited) if slow else ([*given[: len(presliding)]], [])
     slides, reversing = _suited(given[len(presliding) :], Prepared.in_sliding)
     ready, unsuited = [*slow, *slides], [*unsuited, *reversing]
-    doubtful = settled(
-        of_shares((record.log, record.done.inertia_share, record.done.damping_share) for record in ready)
-    )
+    doubtful = settled(of_shares(ready))
     identified = partial(
         _identified, static=static, negative=negative, blocks=blocks, most_blocks=most_blocks, knots=knots,
         refined=refined, cycles=cycles, hunting=Hunting(plant, places),

@@ -88,13 +88,6 @@ def identify_static(records: Sequence[Log | ForceVelocity], asked: Asked) -> Sta
     )  # fmt: skip
 
 
-def stroke_forces(
-    records: Sequence[Log | ForceVelocity], motion: Motion, plant: Plant | None
-) -> tuple[SpeedPoint, ...]:
-    """Return the points that a map is fitted to, corrected by default as in `identify_static`."""
-    return tuple(corrected(Strokes.of(records, Asked(motion, plant))).points)
-
-
 def _directions_predict(fit: MapFit) -> tuple[MapFit, bool]:
     """Return the map with the prediction errors of a map for each direction, and whether to use such maps."""
     asked = fit.asked

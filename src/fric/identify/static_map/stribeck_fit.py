@@ -21,7 +21,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar, nnls
 from scipy.special import stdtrit
 
-from fric.arrays import Mask, Real
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.friction.stribeck import STATIC_PARAMETERS, stribeck_shares
 from fric.records.over_strokes import REPEATED
@@ -353,7 +353,9 @@ def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real, *, lo
     for _ in range(10):
         residual = np.abs(problem.F - problem.model(solution.theta))
         outlying = residual > OUTLYING * np.maximum(least, robust_deviation(residual))
-        outlying &= ~_mirrored(problem, outlying & (np.abs(problem.F) > np.abs(problem.model(solution.theta))))
+        more = outlying & (np.abs(problem.F) > np.abs(problem.model(solution.theta)))
+        v = np.where(more, problem.v, np.nan)
+        outlying &= ~np.any(np.abs(v[:, np.newaxis] + v) <= REPEATED * np.abs(v), axis=0)  # both directions take more
         before, found = found, np.where(outlying, residual, 0.0)
         if np.count_nonzero(outlying) > MOST_OUTLYING * len(errors):
             return 0.0 * errors  # the map does not fit
@@ -363,12 +365,6 @@ def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real, *, lo
         again = replace(problem, standard_error=error)
         solution, _ = solve_with_scatter(again, error, fixed=False, start=solution if local else None)
     return found
-
-
-def _mirrored(problem: StribeckProblem, some: Mask) -> Mask:
-    """Return which strokes have another stroke of their speed in the other direction."""
-    v = np.where(some, problem.v, np.nan)
-    return np.asarray(np.any(np.abs(v[:, np.newaxis] + v) <= REPEATED * np.abs(v), axis=0))
 
 
 def solve_with_scatter(

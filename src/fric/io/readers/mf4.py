@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.input import refuse_declared
@@ -98,14 +97,8 @@ class _Group(ForeignTable):
                 asked, record_offset=row, record_count=min(BLOCK, self._samples - row), copy_master=False,
                 ignore_value2text_conversions=True,
             )  # fmt: skip
-            by_column = {n: _physical(item) for n, item in zip(channels, found, strict=True)}
-            by_column[0] = found[0].timestamps
+            by_column = {0: found[0].timestamps}
+            for n, item in zip(channels, found, strict=True):
+                invalid = False if item.invalidation_bits is None else np.asarray(item.invalidation_bits, dtype=bool)
+                by_column[n] = np.where(invalid, np.nan, numbers(item.samples))
             yield RowBlock(row, [by_column[n] for n in wanted], sum(item.samples.nbytes for item in found))
-
-
-def _physical(signal: Any) -> Real:
-    """Return samples as floats, NaN where the file marks them invalid."""
-    found = numbers(signal.samples)
-    if signal.invalidation_bits is not None:
-        return np.where(np.asarray(signal.invalidation_bits, dtype=bool), np.nan, found)
-    return found
