@@ -58,20 +58,15 @@ class SampledLoop:
         return SampledPlant.of(self.plant, self.cascade.sampling)
 
     @cached_property
-    def _main(self) -> Probed:
-        return probed(self.controller or self.cascade, self._setting)
-
-    @cached_property
-    def _others(self) -> list[tuple[float, Probed]]:
-        """Each further block with its sign in the control voltage."""
-        return [(-1.0 if block.kind == "observer" else 1.0, probed(block, self._setting)) for block in self.blocks]
-
-    @property
-    def _setting(self) -> Setting:
-        return self.setting or Setting(self.plant, self.cascade)
+    def _parts(self) -> list[tuple[float, Probed]]:
+        """The controller, and each further block, with its sign in the control voltage."""
+        setting = self.setting or Setting(self.plant, self.cascade)
+        signs = [1.0, *(-1.0 if block.kind == "observer" else 1.0 for block in self.blocks)]
+        blocks = [self.controller or self.cascade, *self.blocks]
+        return [(sign, probed(block, setting)) for sign, block in zip(signs, blocks, strict=True)]
 
     def _gives(self, inputs: Sequence[str], frequency: Real) -> Complex:
-        return self._main.response(inputs, frequency, self.cascade.sampling)
+        return self._parts[0][1].response(inputs, frequency, self.cascade.sampling)
 
     def G(self, frequency: Real) -> Complex:
         """Return the plant from sample to sample [m/V]."""
@@ -97,7 +92,7 @@ class SampledLoop:
         """
         before = np.exp(-2j * np.pi * np.asarray(frequency, float) / self.cascade.sampling)
         feedback, kept = np.zeros(before.shape, complex), np.ones(before.shape, complex)
-        for sign, block in ((1.0, self._main), *self._others):
+        for sign, block in self._parts:
             feedback -= sign * block.response(("measured",), frequency, self.cascade.sampling)
             B, D = block.columns(LAST_VOLTAGE)
             if B.any() or D:
@@ -111,14 +106,13 @@ class SampledLoop:
         is position, velocity, the inputs on their way, the newest first, and the states of the blocks.
         """
         plant, seen = self.sampled, ("measured",) if position_loop else ("measured", "reference")
-        parts = [(1.0, self._main, seen), *((sign, block, ("measured",)) for sign, block in self._others)]
-        sizes = [2, plant.whole + 1, *(len(block.C) for _, block, _ in parts)]
+        sizes = [2, plant.whole + 1, *(len(block.C) for _, block in self._parts)]
         x = np.eye(sum(sizes))  # every unit state at once, one a column
         motion, inputs, *memories = np.split(x, np.cumsum(sizes)[:-1])
         u, after = np.zeros(len(x)), []
-        for (sign, block, followed), memory in zip(parts, memories, strict=True):
+        for n, ((sign, block), memory) in enumerate(zip(self._parts, memories, strict=True)):
             change = block.A @ memory
-            for names, source in ((followed, motion[0]), (LAST_VOLTAGE, inputs[0])):
+            for names, source in (("measured",) if n else seen, motion[0]), (LAST_VOLTAGE, inputs[0]):
                 B, D = block.columns(names)
                 change = change + np.outer(B, source)
                 u = u + sign * D * source

@@ -226,8 +226,12 @@ def write_tuned(
         axis["feedforward"] = {"lead": "auto"}
         if isinstance(axis.get("observer"), dict):  # its G_n is the nominal plant
             axis["observer"] = {key: part for key, part in axis["observer"].items() if key not in ("A", "B")}
-        if tuned.loop:
-            axis |= _loop(tuned)
+        if tuned.loop:  # its gains were designed again
+            cascade, watch = tuned.axis.cascade, tuned.axis.observer
+            gains = ControllerPart.of(cascade, tuned.axis.motion)
+            axis["controller"] = {key: gain.as_dict() for key, gain in gains.items()}
+            if watch is not None:
+                axis["observer"] = {"filter": watch.q.name, "cutoff": {"value": watch.q.cutoff, "unit": "Hz"}}
     content = {key: part for key, part in tree.items() if key not in ("fric", "like", *FOOT)}
     written = MachineDocument.made(content, notices=found.warnings, also=_sources(found.tests)).tree()
     for name, tuned in better.items():
@@ -239,16 +243,6 @@ def write_tuned(
         write_document(file, content, force=force)
         done.append(file)
     return files
-
-
-def _loop(axis: TunedAxis) -> dict[str, Any]:
-    """Return the gains of a redesigned loop, as parts of an axis."""
-    cascade, watch = axis.axis.cascade, axis.axis.observer
-    gains = {name: gain.as_dict() for name, gain in ControllerPart.of(cascade, axis.axis.motion).items()}
-    if watch is None:
-        return {"controller": gains}
-    cutoff = {"value": watch.q.cutoff, "unit": "Hz"}
-    return {"controller": gains, "observer": {"filter": watch.q.name, "cutoff": cutoff}}
 
 
 def _sources(tests: Sequence[MeasuredCircle]) -> dict[str, Any]:

@@ -20,7 +20,7 @@ import numpy as np
 from cycler import cycler
 
 from fric.arrays import Real
-from fric.errors import FricError, clean, require_known
+from fric.errors import FricError, clean
 from fric.family import files_of
 from fric.output import staged
 
@@ -201,13 +201,3 @@ def views_of(parts: Sequence[Any], *, usual: bool = False) -> dict[str, Callable
             if view.usual or not usual:
                 found[view.name] = lambda shown=view, part=part: shown.draw(part)  # type: ignore[misc]
     return found
-
-
-def figure_named(name: str, parts: Sequence[Any]) -> Figure:
-    """Draw the figure of that name.
-
-    parts: What a result holds: identified models, runs, …; the first that has such a figure is drawn.
-    """
-    found = views_of(parts)
-    require_known(name, found, "there is no figure", "The result has")
-    return found[name]()

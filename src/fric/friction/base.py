@@ -36,11 +36,6 @@ class Parameter:
     name: str = ""  # The paper's symbol: that of the field, also the key in files
     per_block: bool = False  # True where there is one value per slip block: the field is a tuple
 
-    def of_field(self, name: str, default: Any, *, per_block: bool) -> Self:
-        """Return the parameter with what the field that it annotates says."""
-        typical = default if self.typical is nan else self.typical
-        return replace(self, name=name, typical=typical, per_block=per_block)
-
     def bound(self, holder: str, *values: float) -> None:
         """Refuse values [SI] beyond the bounds; ``holder`` names the model or block that has them."""
         if wrong := [value for value in values if not self.lower <= value <= self.upper]:
@@ -79,7 +74,8 @@ class Parametrised(ABC):
         if "parameters" in vars(cls):
             raise TypeError(f"{cls.__name__}: annotate fields with their Parameter, in place of a table `parameters`")
         declared = tuple(
-            mark.of_field(name, getattr(cls, name, nan), per_block=get_origin(hint.__origin__) is tuple)
+            replace(mark, name=name, typical=getattr(cls, name, nan) if mark.typical is nan else mark.typical,
+                    per_block=get_origin(hint.__origin__) is tuple)
             for name, hint in get_annotations(cls, eval_str=True).items()
             for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Parameter)
         )  # fmt: skip

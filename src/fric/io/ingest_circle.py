@@ -162,9 +162,7 @@ def _by_content(table: ForeignTable, sampling: float | None) -> tuple[ColumnPlan
 def _is_circle(x: Real, y: Real) -> float:
     """Return the radius of the circle that two columns run on while they move; 0 where they do not."""
     moving = np.hypot(np.diff(x, append=x[-1:]), np.diff(y, append=y[-1:])) > 0
-    if np.count_nonzero(moving) < 100 or not (np.ptp(x) > 0 and np.ptp(y) > 0):
-        return 0.0
-    if not 0.9 < np.ptp(x) / np.ptp(y) < 1.1:
+    if np.count_nonzero(moving) < 100 or not 0.9 * np.ptp(y) < np.ptp(x) < 1.1 * np.ptp(y):
         return 0.0
     a, b, r = fit_circle(x[moving], y[moving])
     off = np.abs(np.hypot(x[moving] - a, y[moving] - b) - r)

@@ -258,12 +258,15 @@ class Result(ABC):
         force: Replace a file that exists.
         Raises FricError: When there is no figure of that name, or no format of that ending.
         """
-        from fric.figures.style import figure_named
+        from fric.figures.style import save_figure, views_of
 
-        drawn = self.figure() if view is None else figure_named(view, [*vars(self).values()])
+        if view is None:
+            drawn = self.figure()
+        else:
+            known = views_of([*vars(self).values()])
+            require_known(view, known, "there is no figure", "The result has")
+            drawn = known[view]()
         if path is not None:
-            from fric.figures.style import save_figure
-
             save_figure(drawn, Path(path), force=force)
         return drawn
 

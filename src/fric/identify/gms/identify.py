@@ -36,6 +36,7 @@ from fric.records.prepared import Prepared, of_shares, prepared
 from fric.records.recognition import kind_of
 from fric.records.resolution import without_clipped
 from fric.search import simplest
+from fric.statistics import rms
 from fric.units import Motion, si_unit
 
 ASSUMED_C = 1e4  # Attraction parameter [N/s] without a record in sliding: a lag s/C of 10 to 16 ms for Table 1
@@ -76,15 +77,12 @@ class Replay:
     @property
     def rmse(self) -> float:
         """Residual over the samples used [N]."""
-        return self._rms(self.record.used)
+        return rms((self.record.force - self.replayed)[self.record.used])
 
     @property
     def rmse_held_out(self) -> float | None:
         """Residual over held-out samples [N]; None without any."""
-        return self._rms(self.held_out) if self.held_out.any() else None
-
-    def _rms(self, chosen: Mask) -> float:
-        return float(np.sqrt(np.mean((self.record.force - self.replayed)[chosen] ** 2)))
+        return rms((self.record.force - self.replayed)[self.held_out]) if self.held_out.any() else None
 
 
 @dataclass(frozen=True)
@@ -124,7 +122,7 @@ class GMSFit:
     def rmse(self) -> float:
         """Residual over all samples used [N]."""
         rest = [(replay.record.force - replay.replayed)[replay.record.used] for replay in self.records]
-        return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
+        return rms(np.concatenate(rest))
 
     @property
     def curve_rmse(self) -> float:
