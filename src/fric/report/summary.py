@@ -36,18 +36,8 @@ SECONDS = 160.0
 SAME = 1e-9  # Largest difference of the glitch of a repeated run [m], before its machine file counts as changed
 
 
-def with_machines(inputs: ReportInput, advance: Advance = silent) -> ReportInput:
-    """Return a report's input with machines drawn around each run that has none and knows its machine exactly.
-
-    They are drawn around the machine of the run, as by `fric simulate circle --monte-carlo`, unless its file is gone or
-    has changed.
-    """
-    wanted = [test for test in inputs.tests if _wanted(test)]
-    advance(0, total=sum(map(_machines, wanted)))
-    return replace(inputs, tests=tuple(_drawn(test, advance) if test in wanted else test for test in inputs.tests))
-
-
 def _wanted(test: ContourTest) -> bool:
+    """Return whether machines are drawn around a run: it has none, and knows its machine exactly."""
     alone = test.radius is None or len(test.contours) < 2 or any(contour.drawn for contour in test.contours)
     return bool(test.provenance.get("exact")) and not alone and test.machine is not None
 
@@ -59,6 +49,7 @@ def _machines(test: ContourTest) -> int:
 
 
 def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
+    """Return a run with machines as by `fric simulate circle --monte-carlo`, unless its file is gone or has changed."""
     origin = dict(test.provenance["origin"])
     only = test.axes[0] if len(test.axes) == 1 else None
     assert test.radius is not None
@@ -141,7 +132,10 @@ def make_report(
         found = collect(paths, list(map(Path, circles)), allowed)
         if Path(found.machine).is_relative_to(folder):  # the page names what `machine.save` is likely to have written
             found = replace(found, machine=Path(found.machine).name)
-    return Report(replace(with_machines(found, advance), failed=tuple(failed)), title)
+    wanted = [test for test in found.tests if _wanted(test)]
+    advance(0, total=sum(map(_machines, wanted)))
+    tests = tuple(_drawn(test, advance) if test in wanted else test for test in found.tests)
+    return Report(replace(found, tests=tests, failed=tuple(failed)), title)
 
 
 def _saved(given: Any, folder: Path) -> Path:
