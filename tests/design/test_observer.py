@@ -99,6 +99,22 @@ def test_a_response_from_sample_to_sample_has_the_hold_in_it_and_leaves_nothing_
     assert np.abs(measured_perturbation(response(f, G), X).ratio[-1] - 1.0) > 0.1
 
 
+def test_a_line_that_the_plant_was_not_fitted_to_limits_no_observer() -> None:
+    """A harmonic of friction at 7 Hz, left out of the plant, held the bandwidth at 57 Hz."""
+    f = np.arange(1.0, 1500.0, 1.0)
+    G = X.response(f)
+    G[6] *= 2.5
+    clean, marred, without = (
+        robust_limit(measured_perturbation(response(f, values), X, deviating=lines)).q
+        for values, lines in ((X.response(f), ()), (G, ()), (G, (7.00001,)))
+    )
+    assert clean is not None
+    assert marred is not None
+    assert without is not None
+    assert marred.cutoff < 0.2 * clean.cutoff
+    assert without.cutoff == pytest.approx(clean.cutoff, rel=1e-6)
+
+
 def test_less_coherence_means_less_bandwidth() -> None:
     f = np.arange(1.0, 1500.0, 1.0)
     limits = []

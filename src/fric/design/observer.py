@@ -97,6 +97,7 @@ def measured_perturbation(
     averages: int = 1,
     sampling: float | None = None,
     lowest: float = 0.0,
+    deviating: Sequence[float] = (),
 ) -> Perturbation:
     """Return Delta from a measured response.
 
@@ -107,6 +108,7 @@ def measured_perturbation(
         images in it; None for a response in continuous time.
     lowest: Lowest frequency at which the response shows the plant [Hz]: lines below it, and those below the first
         reliable line, are left out.
+    deviating: Frequencies of further lines that do not show it [Hz].
     """
     f = response.frequency
     G_m = response.magnitude * np.exp(1j * response.phase)
@@ -116,7 +118,9 @@ def measured_perturbation(
     radius = CIRCLE_95 * (np.zeros(f.size) if deviation is None else deviation) * np.abs(G_m / G_n)
     sure = np.flatnonzero((radius < SURE) & (f >= lowest * (1 - 1e-9)))
     if sure.size:  # below the first reliable line, where friction hides the response, it does not show the plant
-        f, G_m, G_n, radius = (values[sure[0] :] for values in (f, G_m, G_n, radius))
+        kept = np.arange(f.size) >= sure[0]
+        kept &= ~np.isclose(f[:, np.newaxis], np.array(deviating, float), rtol=1e-4).any(axis=1)
+        f, G_m, G_n, radius = (values[kept] for values in (f, G_m, G_n, radius))
     expected = plant.response(f, sampling)
     return Perturbation(f, G_m / G_n - 1.0, radius, G_m / expected, measured=True)
 

@@ -94,6 +94,11 @@ class ResponseFitPart(Written):
     )
     lines: int = of(lambda fit: np.count_nonzero(fit.used))
     left_out: int = of(lambda fit: np.count_nonzero(~fit.used))
+    deviating: tuple[Quantity, ...] | None = of(
+        lambda fit: tuple(Estimate(f, "Hz") for f in fit.stand_off) or None,
+        "of these, lines that deviate",
+        None,
+    )
     lowest: Quantity = of(lambda fit: fit.measured.table.frequency[fit.used].min(), unit="Hz")
     highest: Quantity = of(lambda fit: fit.measured.table.frequency[fit.used].max(), unit="Hz")
     chi2: float = of("solution.chi2")
@@ -181,12 +186,15 @@ class PlantDocument(AxisDocument, PlantPart, type="plant"):
     second_mass: SecondMassPart | None = Field(None, description="a second mass; left out if not visible")
     fit: PlantFitPart | None = Field(None, description="quality of the fit")
 
-    def lowest(self, record: str) -> float:
-        """Return the lowest frequency of a record's response [Hz]; 0 if not known."""
+    def lines(self, record: str) -> tuple[float, list[float]]:
+        """Return the lowest frequency of a record's response, 0 if not known, and those of deviating lines [Hz]."""
         for response in (self.fit.responses if self.fit else None) or ():
             if response.record == record:
-                return float(response.lowest.si("frequency", self.motion))
-        return 0.0
+                lowest, *deviating = (
+                    float(f.si("frequency", self.motion)) for f in (response.lowest, *(response.deviating or ()))
+                )
+                return lowest, deviating
+        return 0.0, []
 
     def coulomb(self) -> tuple[FrictionModel, float]:
         """Return the Coulomb friction and the load [N] identified with the plant from a motion.

@@ -64,15 +64,16 @@ def perturbation_of(
 ) -> tuple[Perturbation, tuple[Notice, ...]]:
     """Return the perturbation of a plant from a measured response or a record, and its warnings.
 
-    Frequencies below the lowest line that the plant was identified from are left out: there friction hides the plant.
+    Frequencies below the lowest line that the plant was identified from, and lines that deviate as friction does, are
+    left out: they do not show the plant.
     """
     from fric.identify.plant.frequency_response import measure_response  # with SciPy's signal processing
 
-    plant, lowest = document.linear(document.motion), document.lowest(record.name)
+    plant, (lowest, deviating) = document.linear(document.motion), document.lines(record.name)
     if isinstance(record, FrequencyResponse):
-        return measured_perturbation(record, plant, averages=averages, lowest=lowest), ()
+        return measured_perturbation(record, plant, averages, None, lowest, deviating), ()
     response = measure_response(record)
-    found = measured_perturbation(response.table, plant, sampling=response.sampling, lowest=lowest)
+    found = measured_perturbation(response.table, plant, 1, response.sampling, lowest, deviating)
     return found, tuple(response.warnings)
 
 
