@@ -686,3 +686,15 @@ def test_a_sampling_line_is_the_period(tmp_path: Path, text: str) -> None:
     path = rows(tmp_path / "log.csv", f"Sampling {text}\nposition,current", a["position"], a["current"], mark=",")
     (axis,) = told(path)
     assert (axis.roles["time"].unit, axis.roles["time"].unit_likelihood) == ("0.002 s", 0.97)
+
+
+def test_a_measured_position_in_a_unit_of_another_quantity_is_asked_about(tmp_path: Path) -> None:
+    """It was passed over, and the commanded position was taken as the position, unasked."""
+    t = np.arange(0.0, 4.0, 1e-3)
+    r = 20.0 * np.sin(2 * np.pi * 0.5 * t)
+    z = 20.0 * np.sin(2 * np.pi * 0.5 * (t - 4e-3)) + np.random.default_rng(0).normal(0, 1e-3, len(t))
+    current = 2.0 * np.sign(np.gradient(z)) + 0.02 * np.random.default_rng(1).normal(size=len(t))
+    header = "Time [ms],Commanded Position X [mm],Actual Position X [kg],Current X [A]"
+    np.savetxt(tmp_path / "log.csv", np.column_stack([1e3 * t, r, z, current]), "%.6f", ",", header=header, comments="")
+    with pytest.raises(FricError, match="logged in kg"):
+        fric.ingest(tmp_path / "log.csv", output=tmp_path / "log.h5")

@@ -35,7 +35,7 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import MachineDocument
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError, near
-from fric.estimate import estimate_rows
+from fric.estimate import Estimate, estimate_rows
 from fric.flaws.channel import HOLDING_MAP
 from fric.io.circle import choose_circles
 from fric.io.propose import NO_FORCE, NO_POSITION, NO_SCALE, first_of
@@ -95,7 +95,7 @@ def _named(text: str, motion: Motion = "linear") -> dict[str, str]:
 
 def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
     """Return the controller document of gains in a text; filter and sampling have their defaults where it has none."""
-    usual = {"velocity_filter": f"{USUAL.velocity_filter} Hz", "sampling": f"{USUAL.sampling} Hz"}
+    usual = {name: Estimate(getattr(USUAL, name), "Hz", assumed=True) for name in ("velocity_filter", "sampling")}
     content: dict[str, Any] = {"fric": ControllerDocument.type_name(), "axis": axis, "motion": motion}
     try:
         document = ControllerDocument.model_validate(content | usual | _named(text, motion))
@@ -144,7 +144,7 @@ def find_gains(
     driven = [log.path for log in logs if log.driven]
     if shown and _are_known(shown):
         return shown
-    if driven and (shown or needed or any("motion" in log.kinds for log in logs)):
+    if driven and (shown or needed or is_effort(motion) or any("motion" in log.kinds for log in logs)):
         of_logs = made if shown is None else made.with_stem("controller-of-logs")
         at = sampled(*rates)
         closed = step(f"{axis}: gains", "identify controller", driven, {"axis": axis} | at, output=of_logs)
@@ -266,7 +266,11 @@ def _found(name: str, outcome: AxisOutcome) -> Table:
         for of, section in sections.items():
             known = {key: value for key, value in section.items() if key in SHOWN and isinstance(value, dict)}
             mark = "negative." * (of == "static_negative")  # as in its covariance
-            rows += [(mark + symbol, *row) for symbol, *row in estimate_rows(known) if symbol in SHOWN]
+            given = "designed by fric" if tree.get("margins") else "given" if part == "controller" else ""
+            rows += [
+                (mark + symbol, value, interval or given, unit)
+                for symbol, value, interval, unit in estimate_rows(known) if symbol in SHOWN
+            ]  # fmt: skip
             if isinstance(alpha := section.get("alpha"), dict):
                 rows.append(("blocks", str(len(alpha["value"])), "", ""))
     return named(("", "value", "95 % interval", "unit"), rows, f"axis {name}")

@@ -495,5 +495,6 @@ def axis_steps(
             )
         )  # fmt: skip
     else:
-        missing += [NO_OBSERVER] if controller else [NO_CONTROLLER, NO_OBSERVER]
+        seen = " in volts: a current does not show the delay" * (effort and bool(responses))
+        missing += [NO_OBSERVER + seen] if controller else [NO_CONTROLLER, NO_OBSERVER]
     return AxisSteps(steps, missing)

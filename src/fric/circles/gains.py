@@ -357,9 +357,9 @@ def _controller(
     if unused:
         most, values["K_i"] = values["K_i"] * (1.0 + float(half[2])), 0.0
         estimates["K_i"] = Estimate(0.0, si_unit(GAINS["K_i"], motion), (0.0, most))
+    estimates["sampling"] = Estimate(rate or USUAL.sampling, "Hz", assumed=True)
     if rate is None:
         estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
-        estimates["sampling"] = Estimate(USUAL.sampling, "Hz", assumed=True)
     elif values["velocity_filter"] > 0.999 * rate:  # no filter is seen
         estimates["velocity_filter"] = Estimate(rate, "Hz", assumed=True)
     cascade = Cascade(**values, sampling=rate or USUAL.sampling)

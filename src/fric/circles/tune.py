@@ -110,8 +110,7 @@ def _recurring(sums: Real, counts: Real, grid: Real) -> Real:
     count, turns = np.maximum(counts.sum(axis=1), 1), np.count_nonzero(counts, axis=1)
     mean = sums.sum(axis=1) / count
     apart = np.sum(counts * (sums / np.maximum(counts, 1) - mean[:, np.newaxis]) ** 2, axis=1) / count
-    several = turns > 1
-    noise = float(np.mean((apart * turns / np.maximum(turns - 1, 1))[several])) if several.any() else 0.0
+    noise = np.sum(apart * turns / np.maximum(turns - 1, 1)) / max(np.count_nonzero(turns > 1), 1)
     for row in range(2):
         if (met := turns[row] > 0).any():
             mean[row] = np.interp(np.sqrt(grid), np.sqrt(grid[met]), mean[row, met])

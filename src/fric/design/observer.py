@@ -118,8 +118,7 @@ def measured_perturbation(
     radius = CIRCLE_95 * (np.zeros(f.size) if deviation is None else deviation) * np.abs(G_m / G_n)
     sure = np.flatnonzero((radius < SURE) & (f >= lowest * (1 - 1e-9)))
     if sure.size:  # below the first reliable line, where friction hides the response, it does not show the plant
-        kept = np.arange(f.size) >= sure[0]
-        kept &= ~np.isclose(f[:, np.newaxis], np.array(deviating, float), rtol=1e-4).any(axis=1)
+        kept = (f >= f[sure[0]]) & ~np.isclose(f[:, np.newaxis], np.array(deviating, float), rtol=1e-4).any(axis=1)
         f, G_m, G_n, radius = (values[kept] for values in (f, G_m, G_n, radius))
     expected = plant.response(f, sampling)
     return Perturbation(f, G_m / G_n - 1.0, radius, G_m / expected, measured=True)

@@ -190,10 +190,8 @@ class PlantDocument(AxisDocument, PlantPart, type="plant"):
         """Return the lowest frequency of a record's response, 0 if not known, and those of deviating lines [Hz]."""
         for response in (self.fit.responses if self.fit else None) or ():
             if response.record == record:
-                lowest, *deviating = (
-                    float(f.si("frequency", self.motion)) for f in (response.lowest, *(response.deviating or ()))
-                )
-                return lowest, deviating
+                seen = [float(f.si("frequency", self.motion)) for f in (response.lowest, *(response.deviating or ()))]
+                return seen[0], seen[1:]
         return 0.0, []
 
     def coulomb(self) -> tuple[FrictionModel, float]:

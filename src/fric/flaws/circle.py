@@ -17,7 +17,7 @@ SQUARENESS_UNSEEN = Flaw("squareness-unseen", "note", "The axes' own encoders ca
     word=("squareness", "not told"))
 MISMATCH_OR_SQUARENESS = Flaw("mismatch-or-squareness", "doubt",
     "One direction does not tell mismatch from squareness: the ellipse at ±45° ({ellipse}) is their sum.",
-    "Measure the other direction too{ball_bar:|, or give `instrument='encoders'` where it is of the axes' own "
+    "Measure the other direction too{ball_bar:|, or ingest it with `instrument='encoders'` where it is of the axes' "
     "encoders}.")
 LOST_MOTION_CAUSE = Flaw("lost-motion-cause", "note",
     "A step remains after {axes} reverses: backlash or wind-up at the table, or an error of the loop.",

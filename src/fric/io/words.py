@@ -143,8 +143,9 @@ def spoken(column: Column) -> Spoken:
     sensed = by_unit == "input" and by_name in {"position", "velocity"} and not _has(name, SHOWS["reference"])
     by_name = "other" if sensed else by_name
     turns = unit in {"1/s", "s^-1", "s-1"} and by_name == "velocity"
-    unit, by_unit = (None, None) if turns else (unit, by_unit)
     commanded, measured = _has(name, SHOWS["reference"]), _has(name, SHOWS["measured"])
+    wrong = by_unit == "other" and by_name in {"position", "velocity"} and (commanded or measured)  # a position in kg
+    unit, by_unit = (None, None) if turns or wrong else (unit, by_unit)
     by_name = LETTERS.get(name, by_name) if by_name is None and not commanded else by_name
     by_name = "force" if by_name is None and name.startswith("f ") and name != "f n" else by_name
     if by_name == "force" and _has(name, QUANTITIES["input"]):  # a feedforward (ff) in volts

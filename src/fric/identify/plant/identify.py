@@ -807,8 +807,7 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[PlantSo
 
 def _with_hysteresis(plain: PlantSolution, sets: Sequence[Lines]) -> PlantSolution:
     """Return a fit with the hysteresis of friction; its errors allow for what is not this hysteresis."""
-    mode = plain.form.resonance(plain.values)
-    solution = solve(sets, friction="hysteresis", resonance=mode, start=plain.values[:3])
+    solution = solve(sets, friction="hysteresis", resonance=plain.form.resonance(plain.values), start=plain.values[:3])
     C, quantile = solution.covariance, float(stdtrit(solution.freedom, 0.975))
     along = C[3] / C[3, 3]  # what an error of β changes
     least = UNSURE_BETA * (solution.values[0] + solution.values[3]) / quantile
