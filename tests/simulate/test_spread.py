@@ -139,6 +139,16 @@ def test_draws_from_intervals_have_them_as_quantiles_and_respect_bounds():
     assert np.mean(through_zero == 0.0) == pytest.approx(norm.cdf(-0.98), abs=0.03)
 
 
+def test_a_block_whose_interval_holds_zero_is_drawn_in_every_machine():
+    """A stiffness of 0 was drawn, which no model takes: the scheme "could not run on 1 of 24 machines"."""
+    machine = read_machine(Path("configs/xy-table.yaml"))
+    last = machine.axes["x"].friction.k[-1]
+    intervals = {"x": {f"k_{len(machine.axes['x'].friction.k)}": (0.0, 20.0 * last)}}
+    drawn = [draw_machine(machine, n, intervals=intervals)[0].axes["x"].friction.k[-1] for n in range(40)]
+    assert min(drawn) > 0.0
+    assert max(drawn) > 5.0 * last
+
+
 def test_intervals_replace_spreads_and_shares_of_blocks_sum_to_one():
     gms = ONE.axes["x"].friction
     intervals = {"x": {"F_c": (100.0, 110.0), "F_s": (100.0, 230.0), "B": (4.4, 4.6), "k_2": (1e6, 2e6)}}

@@ -316,8 +316,9 @@ def _friction(model: FrictionModel, draws: _Draws, prefix: str = "") -> Friction
         spreads = (*(group for group, dimension in GROUPS.items() if parameter.dimension == dimension), parameter.name)
         name = prefix + parameter.name
         if isinstance(before, tuple):
-            after: Any = tuple(
-                draws.value(f"{name}_{n}", value, parameter.lower, *spreads) for n, value in enumerate(before, 1)
+            after: Any = tuple(  # of a block whose interval holds 0 a thousandth is left: it is there
+                max(draws.value(f"{name}_{n}", value, parameter.lower, *spreads), 1e-3 * value)
+                for n, value in enumerate(before, 1)
             )
             if parameter.name == "alpha" and after != before:
                 after = tuple(value / sum(after) for value in after)
