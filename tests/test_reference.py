@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fric.errors import FricError
-from fric.reference import Reference, circle, multisine, sine, sliding_sine, strokes
+from fric.reference import circle, multisine, sine, sliding_sine, strokes
 from fric.simulate.contour_run import Circle
 
 RNG = np.random.default_rng(1)
@@ -52,11 +52,6 @@ def test_a_circle_stays_on_its_radius_at_its_feed(radius: float, feed: float, di
     turning = x.position * y.velocity - y.position * x.velocity
     steady = slice(int(np.pi * radius / feed * 500.0) + 1, None)
     np.testing.assert_allclose(turning[steady], direction * radius * feed, rtol=1e-9)
-
-
-def test_a_sum_of_motions_adds_all_three() -> None:
-    both: Reference = MOTIONS["circle x"] + MOTIONS["circle x"]
-    np.testing.assert_array_equal(both.acceleration, 2 * MOTIONS["circle x"].acceleration)
 
 
 def test_multisine_holds_its_lines_alone_at_one_velocity() -> None:

@@ -53,6 +53,17 @@ def test_of_risen(identified):
     return measured_from_run(run_circle(risen(identified), PAPER_SCHEMES["a"], CIRCLE))
 
 
+def test_a_record_without_a_whole_turn_completes_nothing(identified, test_of_risen):
+    """It ended in a traceback, on one sort of processor alone."""
+    left = LeftOver.of([test_of_risen], identified, ["x", "y"])
+    none = {
+        name: tuple(replace(record, revolution=np.full_like(record.revolution, -1)) for record in records)
+        for name, records in left.records.items()
+    }
+    friction = replace(left, records=none)(identified).axes["x"].friction
+    assert not np.any([friction.forwards, friction.backwards])
+
+
 def test_noise_of_a_voltage_is_no_friction_that_makes_the_loop_swing(identified):
     """Counts of an encoder in an aliased voltage, as residual friction, were an observer's limit cycle."""
     rng = np.random.default_rng(0)

@@ -22,7 +22,7 @@ from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
 from fric.simulate.experiment import frequency_response
 from tests.chance import fewest
-from tests.identify.flawed_axis import RATE, Machine, shaken
+from tests.identify.flawed_axis import RATE, Machine, multisine, run, shaken
 from tests.turns import in_turns
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -133,6 +133,21 @@ def test_lines_that_friction_brings_are_not_taken_as_driven(swing: float) -> Non
     assert (float(A), A.assumed) == (0.0, True)
     assert A.ci95[0] == 0.0
     assert A.ci95[1] > float(fit.solution.values[0])
+
+
+def test_a_start_and_a_stop_around_an_excitation_are_left_out() -> None:
+    """One of 999 lines was coherent, and "excite harder" said, of a slide that is shaken between start and stop."""
+    axis, period = Machine(F_c=20, F_s=30), 4000
+    lines = np.unique(np.rint(np.geomspace(4, 0.1 * period, 40)).astype(int))
+    tall = np.tile(multisine(lines, period, np.random.default_rng(4)), 5)[: 9 * period // 2]
+    added = np.concatenate([np.zeros(4500), 2.0 * tall, np.zeros(6000)])
+    speed = 0.03 * np.interp(np.arange(len(added)), [1500, 3500, len(added) - 4500, len(added) - 3500], [0, 1, 1, 0])
+    fit = identify_plant([replace(run(axis, np.cumsum(speed) / RATE, added, seed=1), reference=None)])
+    assert np.count_nonzero(fit.responses[0].used) >= 30
+    B = fit.estimates["B"]
+    assert B.ci95 is not None
+    assert B.ci95[0] < axis.B < B.ci95[1]
+    assert np.ptp(B.ci95) < 0.1 * axis.B
 
 
 def test_friction_around_rest_is_a_spring_that_makes_no_light_axis() -> None:

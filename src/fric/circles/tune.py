@@ -138,7 +138,7 @@ def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]
         for of in (turn == n for n in np.unique(turn[turn >= 0])):
             alike = [of & (direction == sign) for sign in (1.0, -1.0)]
             turns.append([[np.bincount(nearest[at], w, len(grid)) for w in (force[at], None)] for at in alike])
-    sums, counts = np.array(turns).transpose(2, 1, 0, 3)
+    sums, counts = np.reshape(turns, (-1, 2, 2, len(grid))).transpose(2, 1, 0, 3)
     sides = share * _recurring(sums, counts, grid)
     # rounded to a share of the largest: of 0.2 mN even the sixth digit is one of the last bits of forces of 100 N
     decimals = 5 - floor(log10(max(np.abs(sides).max(), 1e-300)))

@@ -52,19 +52,6 @@ def _per_axis(what: str) -> Callable[[Any], Any]:
     return lambda made: {name: made.found.geometry[f"{what}.{name}"] for name in made.found.test.names}
 
 
-def _periodic(made: Any) -> list[dict[str, Any]]:
-    names = made.found.test.names
-    return [
-        {"axis": names[line.axis], "pitch": Estimate(line.pitch, "m"), "amplitude": amplitude}
-        for line, amplitude in made.found.periodic
-    ]
-
-
-def _by_sense(made: Any) -> dict[str, Any]:
-    both = zip(made.found.tests, made.found.all_glitches, strict=True)
-    return {SENSES[item.test.direction]: glitches for item, glitches in both}
-
-
 def _iso230(made: Any) -> dict[str, Any]:
     found, names = made.found.figures, ("G_b", "F_max", "F_min", "D")
     plain = {name: None if (value := getattr(found, name)) is None else Estimate(value, "m") for name in names}
@@ -99,8 +86,13 @@ class DiagnosisDocument(Document, type="diagnosis"):
     mismatch: Quantity = of(lambda made: made.found.geometry["mismatch"])
     lag: dict[str, Quantity | None] = of("found.lag")
     glitch: dict[str, GlitchPart] = of("found.glitches")
-    glitch_of: dict[str, dict[str, GlitchPart]] = of(_by_sense)
-    pitch: list[PitchPart] = of(_periodic)
+    glitch_of: dict[str, dict[str, GlitchPart]] = of(
+        lambda made: {SENSES[of.test.direction]: made.found.all_glitches[n] for n, of in enumerate(made.found.tests)}
+    )
+    pitch: list[PitchPart] = of(lambda made: [
+        {"axis": made.found.test.names[line.axis], "pitch": Estimate(line.pitch, "m"), "amplitude": amplitude}
+        for line, amplitude in made.found.periodic
+    ])  # fmt: skip
     rest: Quantity | None = of("found.rest", unit="m")
     scatter: Quantity | None = of("found.scatter", unit="m")
     noise: Quantity | None = of("found.noise", unit="m")

@@ -62,13 +62,6 @@ def _scored(found: Any, residual: tuple[Real, ...]) -> dict[str, Any]:
     }
 
 
-def _models(found: Any) -> dict[str, Any]:
-    return {
-        score.name: read_off(ScorePart, score, {"records"}) | {"records": _scored(found, score.residual)}
-        for score in found.scores
-    }
-
-
 def _presliding(found: Any) -> dict[str, Estimate]:
     lengths = zip((record.log for record in found.records), found.presliding, strict=True)
     return {log.name: Estimate(value, si_unit("position", log.motion)) for log, value in lengths}
@@ -80,7 +73,10 @@ class ComparisonDocument(Document, type="comparison"):
     axis: str = of(lambda found: found.records[0].log.axis)
     unit: str = of(lambda found: si_unit("force", found.records[0].log.motion), "of every rms")
     winner: str | None
-    models: dict[str, ScorePart] = of(_models)
+    models: dict[str, ScorePart] = of(lambda found: {
+        score.name: read_off(ScorePart, score, {"records"}) | {"records": _scored(found, score.residual)}
+        for score in found.scores
+    })  # fmt: skip
     baselines: dict[str, Plain] = of(lambda found: {baseline.name: baseline for baseline in found.baselines})
     leads: dict[str, Lead]
     presliding: dict[str, Quantity] = of(_presliding, "displacement over which friction builds up, by record")
@@ -109,20 +105,16 @@ class SignalPart(Part):
     unit: str
 
 
-def _signals(record: Any) -> dict[str, Any]:
-    return {
-        name: {"relative": compared.relative, "rms": compared.rms, "unit": si_unit(name, record.log.motion)}
-        for name, compared in record.signals.items()
-    }
-
-
 class ValidatedRecord(Written):
     """A record, replayed in a loop."""
 
     record: str = of("log.name")
     loop: str
     friction: str = of("friction.name")
-    signals: dict[str, SignalPart] = of(_signals)
+    signals: dict[str, SignalPart] = of(lambda record: {
+        name: {"relative": compared.relative, "rms": compared.rms, "unit": si_unit(name, record.log.motion)}
+        for name, compared in record.signals.items()
+    })  # fmt: skip
     filter: Quantity = of("cutoff", unit="Hz")
     worst_second: list[float] = of(
         lambda item: [float(item.log.time[item.worst[0]]), float(item.log.time[item.worst[1] - 1])],

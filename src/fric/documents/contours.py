@@ -229,13 +229,6 @@ def _mapped(found: Any) -> dict[str, Any]:
     return schemes
 
 
-def _differences(found: Any) -> dict[str, Any]:
-    return {
-        name: {"scheme": scheme.name, "against": other.name, "less": found.less(scheme, other).tolist()}
-        for name, (scheme, other) in found.pairs().items()
-    }
-
-
 class CircleMapDocument(Document, type="circle-map"):
     """Results of schemes on circles of many feeds and radii."""
 
@@ -243,9 +236,10 @@ class CircleMapDocument(Document, type="circle-map"):
     feeds: list[float] = of("grid.feeds", "[m/s]")
     radii: list[float] = of("grid.radii", "[m]")
     schemes: dict[str, MappedScheme] = of(_mapped)
-    differences: dict[str, MapDifference] = of(
-        _differences, "advantage of blocks over a static map, and of an observer over a feedforward"
-    )
+    differences: dict[str, MapDifference] = of(lambda found: {
+        name: {"scheme": scheme.name, "against": other.name, "less": found.less(scheme, other).tolist()}
+        for name, (scheme, other) in found.pairs().items()
+    }, "advantage of blocks over a static map, and of an observer over a feedforward")  # fmt: skip
 
     @model_validator(mode="after")
     def _shaped(self) -> Self:

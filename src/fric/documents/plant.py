@@ -112,17 +112,15 @@ class ResponseFitPart(Written):
     T_d: Quantity = of(_solved("T_d"))
 
 
-def _gain(fit: "PlantFit") -> Estimate | None:
-    gains = tuple(map(float, fit.friction.gains))
-    return None if np.isnan(gains).any() else Estimate(gains, f"s/{si_unit('position', fit.motion)}")
-
-
 class FrictionSeen(Written):
     """Influence of Coulomb friction on the responses."""
 
     compared: bool = of("friction.compared", "true where two amplitudes were logged")
     seen: bool = of("friction.differs")
-    gain: Quantity | None = of(_gain, default=None)
+    gain: Quantity | None = of(
+        lambda fit: None if np.isnan(gains := tuple(map(float, fit.friction.gains))).any()
+        else Estimate(gains, f"s/{si_unit('position', fit.motion)}"), default=None,
+    )  # fmt: skip
     F_c_over_M: Quantity | None = of("friction.coulomb", default=None)
 
 

@@ -1,6 +1,7 @@
 """The empirical frequency response of an excited axis, by whole periods or Welch's segments, and its uncertainty."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import permutations
 from typing import Literal, NamedTuple
@@ -401,11 +402,28 @@ def measure_response(
     sampling = even_sampling(record)
     if np.ptp(u) == 0:
         raise FricError("the input does not move", where=record.where, hint="Log an excitation.")
-    if segment is None:
-        samples = _period(record, u) if period is None else round(period * sampling)
-        if samples is not None:
-            return _over_periods(record, u, z, samples, sampling, driven)
-    return _over_segments(record, u, z, segment, sampling, integrates=output == "position")
+    samples = round(period * sampling) if period is not None else _period(record, u) if segment is None else None
+    if segment is not None or samples is None:
+        return _over_segments(record, u, z, segment, sampling, integrates=output == "position")
+    found = _over_periods(record, u, z, samples, sampling, driven)
+    begin, end = _repeating(u, samples)
+    if _certain(found) < 0.25 and end - begin >= 2 * samples:
+        with suppress(FricError):  # a start and a stop that were logged, too
+            part = _over_periods(record.slice(begin, end), u[begin:end], z[begin:end], samples, sampling, driven)
+            return max(found, part, key=_certain)
+    return found
+
+
+def _certain(found: MeasuredResponse) -> float:
+    return float(np.mean(np.asarray(found.table.coherence, float) >= 0.5))
+
+
+def _repeating(u: Real, period: int) -> tuple[int, int]:
+    """Return begin and end of the longest part of an input that repeats after a period, without start and stop."""
+    apart = ndimage.uniform_filter1d((u[period:] - u[:-period]) ** 2, max(period // 4, 1))
+    edges = np.flatnonzero(np.diff(apart <= np.sqrt(apart.min() * apart.max()), prepend=False, append=False))
+    begin, end = max(zip(edges[::2], edges[1::2], strict=True), key=lambda run: run[1] - run[0])
+    return int(begin), int(end) + period
 
 
 def _table(record: FrequencyResponse) -> MeasuredResponse:
