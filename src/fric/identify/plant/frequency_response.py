@@ -421,7 +421,8 @@ def _certain(found: MeasuredResponse) -> float:
 def _repeating(u: Real, period: int) -> tuple[int, int]:
     """Return begin and end of the longest part of an input that repeats after a period, without start and stop."""
     apart = ndimage.uniform_filter1d((u[period:] - u[:-period]) ** 2, max(period // 4, 1))
-    edges = np.flatnonzero(np.diff(apart <= np.sqrt(apart.min() * apart.max()), prepend=False, append=False))
+    alike = apart <= np.sqrt(max(apart.min(), 1e-12 * apart.max()) * apart.max())
+    edges = np.flatnonzero(np.diff(alike, prepend=False, append=False))
     begin, end = max(zip(edges[::2], edges[1::2], strict=True), key=lambda run: run[1] - run[0])
     return int(begin), int(end) + period
 
