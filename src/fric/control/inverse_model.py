@@ -29,8 +29,8 @@ from fric.control.q_filter import QFilter
 from fric.errors import FricError
 from fric.exact import convolved, exponentials, matrix_exponential, polynomial, product
 from fric.friction.base import Parameter
-from fric.kernels.block import ARRAY, Sample, compiled_block
-from fric.kernels.signatures import compiled
+from fric.kernels.block import Sample, compiled_block
+from fric.kernels.signatures import ARRAY, compiled
 from fric.verb import refused, require_within
 
 

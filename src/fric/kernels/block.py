@@ -10,9 +10,7 @@ from typing import NamedTuple
 from numba import types
 
 from fric.arrays import Real
-from fric.kernels.signatures import Function, compiled, first_class
-
-ARRAY, TABLE = types.float64[::1], types.float64[:, ::1]
+from fric.kernels.signatures import ARRAY, TABLE, Function, compiled, first_class
 
 
 class Sample(NamedTuple):

@@ -19,20 +19,10 @@ from numba import types
 from fric.arrays import Real
 from fric.kernels.block import BLOCK_FUNCTION, FRICTION, MODEL, BlockStep, Commands, Sample, absent
 from fric.kernels.elementary import expm1
-from fric.kernels.plant import (
-    ARRAY,
-    ORDERS,
-    PLANT,
-    TABLE,
-    Instant,
-    PlantConstants,
-    advance,
-    effective_times,
-    numba_type,
-)
+from fric.kernels.plant import ORDERS, PLANT, Instant, PlantConstants, advance, effective_times, numba_type
 from fric.kernels.second_mass import ELONGATION
 from fric.kernels.sensing import FAULTLESS, SENSING, Sensing, reading
-from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
+from fric.kernels.signatures import ARRAY, STEP_FUNCTION, TABLE, Step, compiled
 
 BLOCKS = 4  # Blocks that a loop has room for: the controller, and three more
 MOST_WORK, MOST_A_SAMPLE = 20_000_000, 100

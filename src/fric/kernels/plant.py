@@ -20,7 +20,7 @@ from numba import types
 
 from fric.arrays import Real
 from fric.kernels.elementary import expm1
-from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
+from fric.kernels.signatures import ARRAY, STEP_FUNCTION, TABLE, Step, compiled
 
 ORDERS = 6  # Ways in which a step is taken at most: in one part, in two … in six
 DEPTH = 16  # How often a step is halved at most
@@ -29,8 +29,6 @@ WORK = 400
 TOLERANCE = 4e-14  # Largest change of the velocity [m/s, rad/s] with the number of parts, unless less is required
 ROUNDING = 1e-14  # The same relative to the velocity: the sum of many roundings
 LASTING = 20  # For how many inputs an error of the friction force is taken to push, before the loop holds against it
-
-ARRAY, TABLE = types.float64[::1], types.float64[:, ::1]
 
 
 class PlantConstants(NamedTuple):

@@ -4,19 +4,17 @@ import numpy as np
 from numba import types
 
 from fric.arrays import Real
-from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
-
-_ARRAY, _TABLE = types.float64[::1], types.float64[:, ::1]
+from fric.kernels.signatures import ARRAY, STEP_FUNCTION, TABLE, Step, compiled
 
 
-@compiled(types.void(STEP_FUNCTION, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY), makes_arrays=False)
+@compiled(types.void(STEP_FUNCTION, ARRAY, ARRAY, ARRAY, ARRAY, ARRAY, ARRAY), makes_arrays=False)
 def _replay(step: Step, position: Real, velocity: Real, time: Real, state: Real, parameters: Real, force: Real) -> None:
     force[0] = step(0.0, velocity[0], 0.0, state, parameters)
     for n in range(1, position.size):
         force[n] = step(position[n] - position[n - 1], velocity[n], time[n] - time[n - 1], state, parameters)
 
 
-@compiled(types.void(STEP_FUNCTION, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _TABLE), makes_arrays=False)
+@compiled(types.void(STEP_FUNCTION, ARRAY, ARRAY, ARRAY, ARRAY, ARRAY, TABLE), makes_arrays=False)
 def _loads(step: Step, position: Real, velocity: Real, time: Real, state: Real, parameters: Real, loads: Real) -> None:
     for n in range(position.size):
         last = n - 1 if n else 0

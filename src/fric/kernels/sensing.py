@@ -7,8 +7,8 @@ from numba import types
 
 from fric.arrays import Real
 from fric.kernels.elementary import sin
-from fric.kernels.plant import ARRAY, numba_type
-from fric.kernels.signatures import compiled
+from fric.kernels.plant import numba_type
+from fric.kernels.signatures import ARRAY, compiled
 
 
 class Sensing(NamedTuple):

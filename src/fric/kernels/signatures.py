@@ -16,7 +16,8 @@ from numba.core.dispatcher import Dispatcher
 
 from fric.arrays import Real
 
-STEP = types.float64(types.float64, types.float64, types.float64, types.float64[::1], types.float64[::1])
+ARRAY, TABLE = types.float64[::1], types.float64[:, ::1]
+STEP = types.float64(types.float64, types.float64, types.float64, ARRAY, ARRAY)
 """``force = step(dz, v, dt, state, parameters)``: advance by one increment, change ``state``, return the force.
 
 dz [m] is the position increment of the step, v [m/s] the velocity at its end, dt [s] its length; ``state`` and

@@ -5,8 +5,7 @@ from typing import Literal
 import numpy as np
 
 from fric.arrays import Real
-from fric.kernels.plant import ARRAY
-from fric.kernels.signatures import compiled
+from fric.kernels.signatures import ARRAY, compiled
 
 Ends = Literal["natural", "periodic", "not-a-knot"]
 
