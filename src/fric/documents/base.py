@@ -502,6 +502,11 @@ class Document(Part):
         given = self.model_dump(exclude_unset=True, by_alias=True, exclude_none=not nulls)
         return {key: given[key] for key in sorted(given, key=lambda key: (key in FOOT) - (key in HEAD))}
 
+    def content(self, *names: str) -> dict[str, Any]:
+        """Return the named keys between head and foot, or all, for a file that is based on this file."""
+        given = {key: part for key, part in self.tree().items() if key not in (*HEAD, *FOOT)}
+        return {key: part for key, part in given.items() if key in names or not names}
+
 
 class OfAxis(Document):
     """A document of an axis."""

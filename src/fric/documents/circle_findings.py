@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field
 
 from fric.circles.revolutions import Glitch
-from fric.documents.base import FOOT, Document, Known, PartOf, Quantity, Written, of
+from fric.documents.base import Document, Known, PartOf, Quantity, Written, of
 from fric.documents.controller import ControllerPart
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import MachineDocument, read_machine_document
@@ -209,7 +209,8 @@ def write_tuned(
     files = tuned_files(found, folder_made(folder))
     refuse_existing(*files, force=force)
     done = [] if done is None else done
-    tree, trees = read_machine_document(machine).tree(), list[dict[str, Any]]()
+    tree, trees = read_machine_document(machine).content(), list[dict[str, Any]]()
+    tree.pop("like", None)
     better = {name: axis for name, axis in found.axes.items() if axis.improves}
     for name, tuned in better.items():
         trees += [friction_tree(tuned, found.tests), plant_tree(tuned, found.tests)]
@@ -224,8 +225,7 @@ def write_tuned(
             axis["controller"] = {key: gain.as_dict() for key, gain in gains.items()}
             if watch is not None:
                 axis["observer"] = {"filter": watch.q.name, "cutoff": {"value": watch.q.cutoff, "unit": "Hz"}}
-    content = {key: part for key, part in tree.items() if key not in ("fric", "like", *FOOT)}
-    written = MachineDocument.made(content, notices=found.warnings, also=_sources(found.tests)).tree()
+    written = MachineDocument.made(tree, notices=found.warnings, also=_sources(found.tests)).tree()
     for name, tuned in better.items():
         gain = tuned.axis.nominal_friction.gain
         share = {} if gain == 1.0 else {"gain": {"value": gain, "unit": "1"}}

@@ -8,19 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fric.documents.base import (
-    FOOT,
-    HEAD,
-    CovarianceBlock,
-    FilePart,
-    OfAxis,
-    Part,
-    Quantity,
-    known,
-    nested,
-    quantities,
-    refused,
-)
+from fric.documents.base import CovarianceBlock, FilePart, OfAxis, Part, Quantity, known, nested, quantities, refused
 from fric.documents.plant import PlantPart, plant_part
 from fric.drive.plant import Plant
 from fric.errors import FricError
@@ -245,11 +233,6 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
     def backward(self) -> StaticMap | None:
         """Return the static map of the negative direction, where each direction has a map."""
         return StaticMap.from_sections({"static": self.estimates("static_negative")}) if self.static_negative else None
-
-    def content(self, *names: str) -> dict[str, Any]:
-        """Return the named sections and fits, or all, for a file that is based on this file."""
-        given = {key: part for key, part in self.tree().items() if key not in (*HEAD, *FOOT)}
-        return {key: part for key, part in given.items() if key in names or not names}
 
 
 def static_tree(fit: StaticFit, logs: Sequence[Record]) -> dict[str, Any]:
