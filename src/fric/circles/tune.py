@@ -20,16 +20,7 @@ from fric.circles import tune_fit
 from fric.circles.gains import against_stated, lags, stated_voltage
 from fric.circles.measured import MeasuredCircle
 from fric.circles.revolutions import fit_circle
-from fric.circles.tune_fit import (
-    Balance,
-    FittedBalance,
-    TunedAxis,
-    VoltageRecord,
-    fit,
-    recorded_again,
-    refined,
-    voltage_record,
-)
+from fric.circles.tune_fit import Balance, FittedBalance, TunedAxis, VoltageRecord, fit, recorded_again, refined
 from fric.contour import QUADRANTS, circularity, of_axes
 from fric.control.scheme import OBSERVER, PAPER_SCHEMES, Scheme
 from fric.design.cascade import falling_margin, hold_falling
@@ -77,7 +68,7 @@ class LeftOver:
         the recorded motion.
         """
         records = {
-            name: tuple(voltage_record(_with_voltage(test, machine.axes[name]), name) for test in tests)
+            name: tuple(tune_fit.voltage_record(_with_voltage(test, machine.axes[name]), name) for test in tests)
             for name in axes
         }
         return cls(records, tuple(tests), seed)

@@ -20,15 +20,7 @@ from fric.flaws.channel import FORCE_COARSE
 from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.static_map import FORCE_ALONG_AXIS, STICKS, STROKES_SETTLING, STROKES_SWING
 from fric.identify.static_map.map_fit import FEWEST, predicts_better, solved, weighted_rms
-from fric.identify.static_map.points import (
-    Correction,
-    SpeedPoint,
-    Strokes,
-    average,
-    force_step,
-    logs_of_strokes,
-    rounded_by,
-)
+from fric.identify.static_map.points import Correction, SpeedPoint, Strokes, average, force_step, logs_of_strokes
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
 from fric.records.over_strokes import PLACES, along_axis, over_place
@@ -433,7 +425,7 @@ def swing(strokes: Strokes) -> Correction | None:
 
 def rounding(strokes: Strokes) -> Correction | None:
     """Allow for coarse steps of the force: they shift all strokes together, and the slow against the fast."""
-    by, points = rounded_by(strokes.points), strokes.points
+    by, points = strokes.rounded, strokes.points
     if by == 0.0 or len(points) < 2:
         return None
     along = np.argsort(np.argsort(np.abs(strokes.velocity))) / (0.5 * (len(points) - 1)) - 1.0

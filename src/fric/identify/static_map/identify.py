@@ -20,7 +20,7 @@ from fric.flaws.drift import DIRECTIONS_DIFFER, FRICTION_AGES, OFFSET_SHARED
 from fric.flaws.static_map import ONE_SPEED
 from fric.identify.static_map.corrections import corrected
 from fric.identify.static_map.map_fit import MapFit, each_direction, fit_map, widened
-from fric.identify.static_map.points import Asked, SpeedPoint, Strokes, rounded_by
+from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.process import one_blas_thread
@@ -144,7 +144,7 @@ def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
     half = 1.96 * within
     if len(F) > 1:
         half = max(half, float(stdtrit(len(F) - 1, 0.975)) * float(np.std(F, ddof=1)) / sqrt(len(F)))
-    half = float(np.hypot(half, rounded_by(strokes.points)))
+    half = float(np.hypot(half, strokes.rounded))
     force = Estimate.around(float(np.mean(F)), si_unit("force", asked.motion), half)
     velocity = asked.of(speed, "velocity")
     warnings = (*amiss, *strokes.notices, ONE_SPEED.found(speed=velocity))

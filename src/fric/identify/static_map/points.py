@@ -125,14 +125,6 @@ def logs_of_strokes(records: Sequence[Log | ForceVelocity]) -> list[Log]:
     return [log for log in logs if log.kind == "constant-velocity"] or logs
 
 
-def rounded_by(points: Sequence[SpeedPoint]) -> float:
-    """Return the common error of strokes at neighbouring speeds by the steps of the logged force [N].
-
-    It is half a step without noise; the error of each point includes 1/√3 of it.
-    """
-    return float(np.sqrt(3.0) * np.median([point.rounding for point in points]))
-
-
 def force_step(logs: Sequence[Log]) -> float:
     """Return the step of the forces of records [N], of any size; 0 without a step."""
     forces = [log.force[:: max(len(log) // ENOUGH, 1)] for log in logs if log.force is not None]
@@ -476,6 +468,14 @@ class Strokes:
     def size(self) -> float:
         """Median size of the forces [N]."""
         return float(np.median(np.abs(self.force)))
+
+    @property
+    def rounded(self) -> float:
+        """Common error of strokes at neighbouring speeds by the steps of the logged force [N].
+
+        It is half a step without noise; the error of each point includes 1/√3 of it.
+        """
+        return float(np.sqrt(3.0) * np.median([point.rounding for point in self.points]))
 
     @property
     def one_speed(self) -> bool:
