@@ -18,29 +18,16 @@ from fric.circles.tune import LEARNED, LeftOver, Tuned, distrusts, measured_glit
 from fric.circles.tune import tune as refit
 from fric.documents import circle_findings
 from fric.documents.base import provenance
-from fric.documents.bundled import located
-from fric.documents.machine_files import IdentifiedMachine, machine_to_predict, read_machine
+from fric.documents.machine_files import IdentifiedMachine, machine_to_predict
 from fric.errors import FricError
 from fric.estimate import Estimate, estimate_rows, in_digits
 from fric.flaws.prediction import CIRCLE_UNUSED, NOT_AS_PREDICTED
-from fric.io.circle import read_feedforward, read_run_provenance, write_feedforward, write_runs
+from fric.io.circle import read_feedforward, write_feedforward, write_runs
 from fric.notice import Notice
 from fric.output import refuse_existing, together
 from fric.process import one_blas_thread
-from fric.results.base import (
-    Advance,
-    DataFrame,
-    Figure,
-    Piece,
-    Result,
-    Table,
-    bounded,
-    named,
-    path_of,
-    quantity,
-    silent,
-)
-from fric.results.given_models import machine_of, schemes_of, some_circles
+from fric.results.base import Advance, DataFrame, Figure, Piece, Result, Table, bounded, named, quantity, silent
+from fric.results.given_models import machine_of, machine_ran_on, schemes_of, some_circles
 from fric.results.kinds import CircleLike, KnownSchemes, MachineLike, Quantity, SchemeName
 from fric.simulate.contour_run import Circle, pair
 from fric.simulate.machine import Machine
@@ -465,20 +452,11 @@ def learn(
     if (velocity, radius, clockwise, observer) != ("100 mm/s", "30 mm", False, True):
         hint = "A recorded circle has its own."
         raise FricError("`velocity=`, `radius=`, `clockwise=`, `observer=` go with rounds in simulation", hint=hint)
-    subject = _ran_on(given) if machine is None else machine_of(machine)
+    subject = machine_ran_on(given) if machine is None else machine_of(machine)
     circle = some_circles([given], scheme)[0]
     how = Learning.at(circle.feed, share, corner)
     last = None if before is None else read_feedforward(Path(before))
     return LearnedTable(learn_from(circle, subject, how, last))
-
-
-def _ran_on(given: Any) -> Machine:
-    """Return the machine that a run file was simulated on; raise if the circle does not name it or its file is gone."""
-    made = {} if isinstance(given, MeasuredCircle) else read_run_provenance(path_of("a circle", given))
-    origin = made.get("origin", {})
-    if not origin.get("path"):
-        raise FricError("the circle does not say on which machine it was run", hint="Name it with `machine=`.")
-    return read_machine(located(Path(origin["path"]), "machine"), nominal_files=origin.get("nominal_files", ()))
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Designs of one axis, with their margins: the controller, a disturbance observer, any control block."""
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import inf, log10
 from typing import Annotated, Any, Literal
@@ -35,16 +35,7 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice, once
 from fric.results.base import Figure, Piece, Result, Table, in_si, named, plain_names, positive, quantity, records_of
 from fric.results.given_models import cascade_of, document_of, friction_of
-from fric.results.kinds import (
-    ControllerLike,
-    Count,
-    FrictionLike,
-    LogLike,
-    PlantLike,
-    Quantity,
-    RecordName,
-    ResonancesLike,
-)
+from fric.results.kinds import ControllerLike, Count, FrictionLike, LogLike, PlantLike, Quantity, RecordName
 from fric.series import doubles
 from fric.units import LARGEST_PEAK, Motion, parse_gain, readable
 from fric.verb import Kind, useless, verb
@@ -288,7 +279,7 @@ def design_observer(
     cutoff: Annotated[Quantity | None, "frequency"] = None,
     bandwidth: Annotated[Quantity | None, "frequency"] = None,
     peak_sensitivity: Annotated[Quantity, "gain"] = "6 dB",
-    resonances: ResonancesLike = (),
+    resonances: Annotated[Iterable["str | StructuralMode"], Kind(list[str], "FREQUENCY,DAMPING[,SHARE]")] = (),
     first_mode: Annotated[Quantity | None, "frequency"] = None,
     record: RecordName | None = None,
     averages: Count = 1,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from fric.control.cascade import Cascade
 from fric.control.scheme import Scheme, choose_schemes
+from fric.documents.bundled import located
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import IdentifiedMachine, read_machine, sections_of
@@ -132,6 +133,18 @@ def machine_of(given: Any) -> Machine:
     if isinstance(given, IdentifiedMachine):
         return given.machine
     return given if isinstance(given, Machine) else read_machine(path_of("a machine, or its file", given))
+
+
+def machine_ran_on(circle: Any) -> Machine:
+    """Return the machine that a run file was simulated on; raise if the circle does not name it or its file is gone."""
+    from fric.circles.measured import MeasuredCircle
+    from fric.io.circle import read_run_provenance  # with HDF5, which a table needs not
+
+    made = {} if isinstance(circle, MeasuredCircle) else read_run_provenance(path_of("a circle", circle))
+    origin = made.get("origin", {})
+    if not origin.get("path"):
+        raise FricError("the circle does not say on which machine it was run", hint="Name it with `machine=`.")
+    return read_machine(located(Path(origin["path"]), "machine"), nominal_files=origin.get("nominal_files", ()))
 
 
 def schemes_of(asked: Any, known: Any = None) -> list[Scheme]:

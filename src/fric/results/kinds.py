@@ -16,7 +16,6 @@ if TYPE_CHECKING:  # each brings what a command's help does without
     from fric.circles.measured import MeasuredCircle
     from fric.control.cascade import Cascade
     from fric.control.scheme import Scheme
-    from fric.design.observer import StructuralMode
     from fric.documents.controller import ControllerDocument
     from fric.documents.friction import FrictionDocument
     from fric.documents.machine_files import IdentifiedMachine
@@ -70,8 +69,6 @@ CirclesLike: TypeAlias = Annotated[
 """A measured circle, or several."""
 PathLike: TypeAlias = Annotated["PointPath | RecordedPath | Path | str", Kind(Path, "PATH.csv")]
 """A path, or the file of its points."""
-ResonancesLike: TypeAlias = Annotated[Iterable["str | StructuralMode"], Kind(list[str], "FREQUENCY,DAMPING[,SHARE]")]
-"""Modes, each also as a text: frequency, damping, share."""
 SpreadsLike: TypeAlias = Annotated["Mapping[str, Spread] | Path | str", Kind(Path, "SPREAD.yaml")]
 """Spreads of parameters by name, or their file."""
 CircleFiles: TypeAlias = Annotated[Sequence[Path | str], Kind(list[Path], "CIRCLE.h5")]  # Files of measured circles
