@@ -25,7 +25,6 @@ from fric.documents.machine_files import read_machine
 from fric.drive.plant import LinearPlant, Plant
 from fric.figures.circle import (
     AROUND,
-    RelativeChange,
     SchemeContour,
     after_reversal_figure,
     along_figure,
@@ -618,8 +617,7 @@ def along() -> Case:
 
 @case
 def drift() -> Case:
-    changes = [RelativeChange("F_c", -9.0, -10.5, -7.5, moved=True), RelativeChange("F_s", 1.0, -2.0, 4.0, moved=False)]
-    figure = draw_drift(changes)
+    figure = draw_drift(["F_c", "F_s"], np.array([[-9.0, -10.5, -7.5], [1.0, -2.0, 4.0]]), [True, False])
     (axes,) = figure.axes
     drawn = [tuple(np.ravel(line.get_xdata())) for line in axes.get_lines()[1:]]
     assert drawn == [(-10.5, -7.5), (-9.0,), (-2.0, 4.0), (1.0,)]

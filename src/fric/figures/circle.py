@@ -354,28 +354,21 @@ def _round(value: float) -> float:
     return float(next(step * power for step in (1, 2, 5, 10) if step * power >= 0.999 * value))
 
 
-@dataclass(frozen=True)
-class RelativeChange:
-    """A number at two dates: its name, its change with 95 % limits [%], and whether it moved beyond them."""
+def draw_drift(names: Sequence[str], percent: Real, moved: Sequence[bool]) -> Figure:
+    """Draw the relative change of each number with its 95 % interval; a diamond where that does not hold 0.
 
-    name: str
-    change: float
-    low: float
-    high: float
-    moved: bool
-
-
-def draw_drift(changes: Sequence[RelativeChange]) -> Figure:
-    """Draw the relative change of each number with its 95 % interval; a diamond where that does not hold 0."""
-    with new_figure(7.0, 0.7 + 0.24 * len(changes)) as figure:
+    percent: Each change, and its lower and upper limit [%], shape (n, 3).
+    moved: Whether the number moved beyond its limits.
+    """
+    with new_figure(7.0, 0.7 + 0.24 * len(names)) as figure:
         axes = figure.subplots()
-        places = np.arange(len(changes))[::-1]
+        places = np.arange(len(names))[::-1]
         axes.axvline(0.0, color=GREY, linestyle="--", linewidth=0.8)
-        for place, change in zip(places, changes, strict=True):
-            colour = VERMILION if change.moved else BLUE
-            axes.plot([change.low, change.high], [place, place], color=colour, linewidth=1.6)
-            axes.plot(change.change, place, "D" if change.moved else "o", color=colour, markersize=4)
-        axes.set_yticks(places, [change.name for change in changes])
+        for place, (change, low, high), beyond in zip(places, percent, moved, strict=True):
+            colour = VERMILION if beyond else BLUE
+            axes.plot([low, high], [place, place], color=colour, linewidth=1.6)
+            axes.plot(change, place, "D" if beyond else "o", color=colour, markersize=4)
+        axes.set_yticks(places, names)
         axes.set_xlabel("change [%]")
-        axes.set_ylim(-0.7, len(changes) - 0.3)
+        axes.set_ylim(-0.7, len(names) - 0.3)
     return figure

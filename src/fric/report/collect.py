@@ -172,10 +172,6 @@ class Measured:
     path: Path  # The same, as it was given
     result: DiagnosisResult  # The circle taken apart, and held against the machine where that is known
 
-    def disagreements(self) -> list[Notice]:
-        """Return where the circle is not as predicted, with the likely cause."""
-        return self.result.disagreements(self.source)
-
 
 @dataclass(frozen=True)
 class ContourTest:
@@ -272,10 +268,11 @@ class ReportInput:
             more["command"] = f"fric simulate circle {machine_name(file)} {circle} -o run.h5"
         compared = [circle.result for circle in held if circle.result.glitches() is not None]
         more |= {"glitches": compared[0].glitches(), "unmodelled": compared[0].unmodelled()} if compared else {}
+        more |= {"circle": str(held[0].path)} if held else {}
         given = evidence_of(
             test.provenance, test.contours, test.prediction, compared=bool(held), tolerance=self.tolerance,
-            disagreements={circle.source: circle.disagreements() for circle in held}, measured=self._measured(test),
-            notices=self._notices(test), **({"circle": str(held[0].path)} if held else {}), **more,
+            disagreements={circle.source: circle.result.disagreements(circle.source) for circle in held},
+            measured=self._measured(test), notices=self._notices(test), **more,
         )  # fmt: skip
         return decide(given)
 

@@ -31,14 +31,7 @@ from fric.documents.plant import PlantDocument, PlantPart
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, elements
-from fric.figures.circle import (
-    RelativeChange,
-    SchemeContour,
-    after_reversal_figure,
-    along_figure,
-    draw_drift,
-    overlay_figure,
-)
+from fric.figures.circle import SchemeContour, after_reversal_figure, along_figure, draw_drift, overlay_figure
 from fric.figures.gms import FrictionMap, MapBranches, ReplayedCycle, Virgin, cycles_figure, map_figure, virgin_figure
 from fric.figures.loops import QReach, reach_figure
 from fric.figures.plant import motion_figure
@@ -244,11 +237,9 @@ def _plant(inputs: ReportInput, item: Item, fit: Fit) -> tuple[Plant | None, lis
 
 def _speeds(static: Mapping[str, Estimate], points: Sequence[SpeedPoint]) -> Real:
     """Return the speeds [m/s] at which a map is drawn: those that were measured, or around the Stribeck velocity."""
-    v_s = float(static["v_s"])
-    if points:
-        seen = np.abs([point.velocity for point in points])
-        return np.geomspace(seen.min() / 2, seen.max() * 1.05, 240)
-    return np.geomspace(v_s / 30, v_s * 100, 240)
+    v_s, seen = float(static["v_s"]), np.abs([point.velocity for point in points])
+    low, high = (seen.min() / 2, seen.max() * 1.05) if points else (v_s / 30, v_s * 100)
+    return np.geomspace(low, high, 240)
 
 
 def map_band(static: Mapping[str, Estimate], speed: Real, covariance: Covariance | None = None) -> Band:
@@ -358,12 +349,9 @@ def _measured(
 
 def presliding(inputs: ReportInput) -> float | None:
     """Return the largest slip displacement of the given GMS models [m]; None without any."""
-    displacements = []
-    for item in inputs.items:
-        sections = item.sections() if item.kind == "friction" else {}
-        if "gms" in sections and "static" in sections and not rotates(item.motion):
-            displacements.append(float(GMS.from_sections(sections).slip_displacements.max()))
-    return max(displacements, default=None)
+    linear = (item.sections() for item in inputs.items if item.kind == "friction" and not rotates(item.motion))
+    models = (GMS.from_sections(sections) for sections in linear if {"gms", "static"} <= sections.keys())
+    return max((float(model.slip_displacements.max()) for model in models), default=None)
 
 
 BAND_CAPTION = "The band treats the parameters' intervals as independent."
@@ -523,15 +511,14 @@ def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> PageFi
     shown = [change for change in changes if change.relative is not None and change.verdict != "unknown"]
     if not shown:
         return None
-    rows = []
-    for changed in shown:
-        values = np.array([changed.difference, *(changed.difference_ci95 or (0.0, 0.0))]) / abs(changed.before) * 100
-        change, low, high = np.clip(np.nan_to_num(values), -1e4, 1e4).tolist()
-        rows.append(RelativeChange(changed.name, change, low, high, changed.verdict == "moved"))
-    moved = ", ".join(row.name for row in rows if row.moved)
-    alt = f"Relative change of {len(shown)} numbers with 95 % intervals; {moved or 'none'} moved beyond them."
+    values = np.array([[change.difference, *(change.difference_ci95 or (0.0, 0.0))] for change in shown])
+    percent = np.clip(np.nan_to_num(values / np.abs([[change.before] for change in shown]) * 100), -1e4, 1e4)
+    moved = [change.verdict == "moved" for change in shown]
+    named = ", ".join(change.name for change in shown if change.verdict == "moved")
+    alt = f"Relative change of {len(shown)} numbers with 95 % intervals; {named or 'none'} moved beyond them."
     caption = "Diamonds: the interval of the difference does not hold 0. Circles: it does."
-    return PageFigure(identity, title, caption, alt, draw_drift(rows))
+    figure = draw_drift([change.name for change in shown], percent, moved)
+    return PageFigure(identity, title, caption, alt, figure)
 
 
 def magnification(test: ContourTest) -> float:

@@ -322,7 +322,7 @@ def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[st
     settled = {str(text) for verdict in verdicts for text in verdict.settled}
     settled |= {
         str(text) for circle in inputs.circles for text in circle.result.warnings
-        if flaw_of(text).disagrees and settled.issuperset(circle.disagreements())
+        if flaw_of(text).disagrees and settled.issuperset(circle.result.disagreements(circle.source))
     }  # fmt: skip
     settled -= {str(text) for verdict in verdicts for text in verdict.why}
     first: dict[tuple[str, str], tuple[str, Notice]] = {}
