@@ -136,9 +136,9 @@ def test_of_several_circles_the_one_that_was_simulated_judges(files: SimpleNames
         seen = SimpleNamespace(feed=feed, radius=test.radius, scheme="a")
         result = SimpleNamespace(
             held=SimpleNamespace(agrees={"+x": True}, scheme="a"), found=SimpleNamespace(test=seen, glitch=glitch),
-            glitches=lambda: (glitch, glitch), unmodelled=dict, warnings=(),
+            glitches=lambda: (glitch, glitch), unmodelled=dict, warnings=(), disagreements=lambda _: [],
         )  # fmt: skip
-        return SimpleNamespace(source=name, path=Path(name), result=result, disagreements=list)
+        return SimpleNamespace(source=name, path=Path(name), result=result)
 
     both = [circle("slow.h5", 0.1 * test.feed, 30e-6), circle("same.h5", test.feed, 60e-6)][::order]
     decided = replace(inputs, circles=tuple(both)).verdict(test)
