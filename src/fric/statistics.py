@@ -178,9 +178,7 @@ def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | No
     return np.asarray(back @ score_covariance(q, residual, lengths, most) @ back.T)
 
 
-def score_covariance(
-    regressors: Real, residual: Real, lengths: Sequence[int] | None = None, most: float = 12.0
-) -> Real:
+def score_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None, most: float) -> Real:
     """Return the long-run covariance (p, p) of the sum of the scores ``x_i·e_i``; arguments as `hac_covariance`."""
     n, p = regressors.shape
     scores = np.ascontiguousarray(regressors.T) * residual

@@ -62,11 +62,6 @@ def _scored(found: Any, residual: tuple[Real, ...]) -> dict[str, Any]:
     }
 
 
-def _presliding(found: Any) -> dict[str, Estimate]:
-    lengths = zip((record.log for record in found.records), found.presliding, strict=True)
-    return {log.name: Estimate(value, si_unit("position", log.motion)) for log, value in lengths}
-
-
 class ComparisonDocument(Document, type="comparison"):
     """Friction models on held-out samples, as `--json` prints them."""
 
@@ -79,7 +74,10 @@ class ComparisonDocument(Document, type="comparison"):
     })  # fmt: skip
     baselines: dict[str, Plain] = of(lambda found: {baseline.name: baseline for baseline in found.baselines})
     leads: dict[str, Lead]
-    presliding: dict[str, Quantity] = of(_presliding, "displacement over which friction builds up, by record")
+    presliding: dict[str, Quantity] = of(lambda found: {
+        record.log.name: Estimate(value, si_unit("position", record.log.motion))
+        for record, value in zip(found.records, found.presliding, strict=True)
+    }, "displacement over which friction builds up, by record")  # fmt: skip
 
 
 class HalvedPart(PartOf[Halved]):

@@ -134,7 +134,10 @@ def draw_motion(fit: MotionFit) -> Figure:
     label = f"{'force' if fit.channel == 'force' else 'input'} [{unit.replace('*', '·')}]"
     figure = motion_figure(fit.time, fit.measured, fit.fitted, label)
     top, bottom = figure.axes
-    top.set_title(_described(fit), loc="left")
+    names = ["M", "F_v", "F_c"] if "F_v" in fit.estimates else ["M", "F_c_positive", "F_c_negative"]
+    found = ((name, fit.estimates[name]) for name in names)
+    shown = (f"{name} {float(estimate):.4g} {estimate.unit.replace('*', '·')}" for name, estimate in found)
+    top.set_title(", ".join(shown), loc="left")
     bottom.set_title(f"relative error {100 * fit.relative_error:.2f} %, autocorrelation {fit.autocorrelation:.2f}")
     return figure
 
@@ -156,10 +159,3 @@ def motion_figure(time: Real, measured: Real, fitted: Real, label: str) -> Figur
         top.legend(ncols=2, loc="upper right", bbox_to_anchor=(1.0, 1.12), borderaxespad=0.0)
         bottom.set(xlabel="time [s]", ylabel=f"residual{label[label.index(' [') :]}")
         return figure
-
-
-def _described(fit: MotionFit) -> str:
-    names = ["M", "F_v", "F_c"] if "F_v" in fit.estimates else ["M", "F_c_positive", "F_c_negative"]
-    return ", ".join(
-        f"{name} {float(fit.estimates[name]):.4g} {fit.estimates[name].unit.replace('*', '·')}" for name in names
-    )

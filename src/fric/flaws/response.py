@@ -1,15 +1,8 @@
 """Response: what the identified plant does not hold."""
 
-from typing import Any
-
 from fric.flaws.base import Flaw
-from fric.notice import Severity
 
 UNSURE, FALSE = 0.02, 0.1  # Misfit above which a fit is in doubt, and above which it is wrong [1]
-
-
-def _misfit(f: Any) -> Severity:
-    return "wrong" if f.misfit >= FALSE else "doubt" if f.misfit >= UNSURE else "note"
 
 
 # fmt: off
@@ -40,7 +33,8 @@ T_D_ASSUMED = Flaw("T_d-assumed", "doubt",
     "Give it with `delay=`.", widens={"T_d": 0.5}, no_response=True)
 LINES_STAND_OFF = Flaw("lines-stand-off", "note",
     "{count} lines are left out, which deviate as harmonics of friction do: {lines:.4g} Hz.")
-RESPONSE_MISFIT = Flaw("response-misfit", _misfit,
+RESPONSE_MISFIT = Flaw("response-misfit",
+    lambda f: "wrong" if f.misfit >= FALSE else "doubt" if f.misfit >= UNSURE else "note",
     "Eq. (1) leaves {misfit:.2g%} that noise does not explain, most at {worst:.4g} Hz; the intervals allow for it.",
     "{wrong:Look at the figure, and use the range where it fits (`highest='{highest:.2g} Hz'`).|}")
 SECOND_MASS = Flaw("second-mass", "note",

@@ -103,9 +103,7 @@ def _interrupts_held() -> Iterator[Callable[[], None]]:
 
 
 @contextmanager
-def staged_hdf5(
-    path: Path, *, force: bool = False, add: bool = False
-) -> Iterator[tuple[h5py.File, Callable[[], None]]]:
+def staged_hdf5(path: Path, *, force: bool, add: bool = False) -> Iterator[tuple[h5py.File, Callable[[], None]]]:
     """Open an HDF5 file for writing that takes its name only when the block ends well.
 
     add: Begin with what is in the file. Yields the file, and a function to call now and then: it raises when a write

@@ -664,8 +664,7 @@ def expected(
         moving = [record for record in logs if record.kind != "frequency-response"]
         for some in (logs, moving):  # the rest goes without a plant
             try:
-                for result in identified(some, blocks) if some is logs or not results else ():
-                    results.append(result)
+                results.extend(identified(some, blocks) if some is logs or not results else ())
             except FricError as error:
                 reasons.setdefault((some is logs, len(results)), PLAN_NOT_ENOUGH.found(why=error.what))
         last = results[-1] if results else None

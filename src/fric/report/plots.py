@@ -471,11 +471,8 @@ def motions(item: Item, logs: Sequence[Log]) -> list[PageFigure]:
         rms = readable(float(np.sqrt(np.mean((log.force - rigid) ** 2))), unit)
         caption = f"Inertia, viscous and Coulomb friction of the plant file along the motion miss it by {rms} rms."
         figure = motion_figure(log.time[part] - log.time[0], log.force[part], rigid[part], f"force [{unit}]")
-        drawn.append(
-            PageFigure(
-                f"motion-{item.axis}-{len(drawn)}", f"Motion {log.name}", caption, f"{log.name}: {caption}", figure
-            )
-        )
+        key = f"motion-{item.axis}-{len(drawn)}"
+        drawn.append(PageFigure(key, f"Motion {log.name}", caption, f"{log.name}: {caption}", figure))
     return drawn
 
 

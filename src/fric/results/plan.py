@@ -75,8 +75,7 @@ class PlanResult(Result, tree=plan_tree):
             if record.kind == "circle":
                 s = {name: value for name, value in record.settings.items() if not isinstance(value, tuple)}
                 axes = (self.plan.axis.name, "y" if self.plan.axis.name != "y" else "x")
-                feed = f"{1e3 * s['feed']:g}".replace(".", "-")
-                name = f"circle-{feed}-mm-s"
+                name = f"circle-{1e3 * s['feed']:g}-mm-s".replace(".", "-")
                 made.append(Arc(len(made) + 1, name, axes, s["radius"], s["feed"], int(s["revolutions"]), approach))
             for trial in record.trials(self.plan.axis):
                 begin, end = (n / trial.reference.sampling for n in trial.window)
@@ -139,13 +138,12 @@ def settings_in_words(record: Planned, motion: Any) -> str:
     described = []
     for name, value in record.settings.items():
         unit = si_unit(SETTINGS[name], motion)
-        if isinstance(value, tuple):
-            shown = [readable(v, unit) for v in value]
-            described.append(
-                f"{name} {', '.join(shown) if len(shown) < 4 else f'{shown[0]} … {shown[-1]} ({len(shown)})'}"
-            )
-        else:
-            described.append(f"{value:g} {name}" if SETTINGS[name] == "ratio" else f"{name} {readable(value, unit)}")
+        if SETTINGS[name] == "ratio":
+            described.append(f"{value:g} {name}")
+            continue
+        shown = [readable(v, unit) for v in (value if isinstance(value, tuple) else (value,))]
+        listed = ", ".join(shown) if len(shown) < 4 else f"{shown[0]} … {shown[-1]} ({len(shown)})"
+        described.append(f"{name} {listed}")
     return ", ".join(described)
 
 

@@ -1,5 +1,6 @@
 """Records of a drive, and their uses."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import floor, log10
@@ -145,10 +146,9 @@ def _briefly(found: Sequence[Inspected]) -> list[Piece]:
     pieces: list[Piece] = [Table(columns, rows, title)]
     if any(not inspection.stated for inspection in found):
         pieces.append("? the kind was recognised; the record does not state it")
-    uses = {use.purpose: 0 for inspection in found for use in inspection.uses}
-    for inspection in found:
-        for use in inspection.uses:
-            uses[use.purpose] += use.good
+    uses = Counter[str]()
+    for use in (use for inspection in found for use in inspection.uses):
+        uses[use.purpose] += use.good
     text = ", ".join(f"{purpose} {count}" for purpose, count in uses.items())
     return [*pieces, f"{len(found)} records; good for identify: {text}"]
 

@@ -353,10 +353,9 @@ class CircleMap:
         shape = (len(self.grid.radii), len(self.grid.feeds), len(self.grid.schemes))
         return np.moveaxis(np.array([cell.glitches for cell in self.cells]).reshape(shape), 2, 0)
 
-    def of(self, scheme: str) -> Real | None:
-        """Return the glitch of a scheme by radius and feed [m]; None where it was not run."""
-        names = [scheme.name for scheme in self.grid.schemes]
-        return self.glitches[names.index(scheme)] if scheme in names else None
+    def of(self, scheme: str) -> Real:
+        """Return the glitch of a scheme by radius and feed [m]."""
+        return np.asarray(self.glitches[[other.name for other in self.grid.schemes].index(scheme)])
 
     def pairs(self) -> dict[str, tuple[Scheme, Scheme]]:
         """Return the pairs of schemes that show the gain of GMS over a static map, and of an observer over none."""
@@ -372,8 +371,7 @@ class CircleMap:
 
     def less(self, scheme: Scheme, other: Scheme) -> Real:
         """Return the reduction of the glitch against another scheme, by radius and feed [m]; negative where worse."""
-        names = [scheme.name for scheme in self.grid.schemes]
-        return np.asarray(self.glitches[names.index(other.name)] - self.glitches[names.index(scheme.name)])
+        return np.asarray(self.of(other.name) - self.of(scheme.name))
 
 
 SHARPEST = np.pi / 4  # Largest turn from one chord of a path to the next [rad]: more is a corner
