@@ -7,7 +7,7 @@ from math import ceil, pi
 from typing import Any
 
 from fric.errors import FricError
-from fric.export.base import LARGEST, ExportedPart, Files, Target, identifier, render
+from fric.export.base import LARGEST, ROLES, ExportedPart, Files, Target, identifier, render
 from fric.export.translate.c_code import Dialect, c_routines
 from fric.series import CLOSEST
 from fric.units import si_unit
@@ -90,6 +90,4 @@ def c_files(part: ExportedPart, *, single: bool = False) -> Files:
     return {f"{values['name']}{end}": render(f"source{end}.j2", **values) for end in (".h", ".c")}
 
 
-TARGET = Target(
-    "c", "C99: one header and one source", c_files, options=frozenset({"single"}), parts=("compensation", "machine")
-)
+TARGET = Target("c", "C99: one header and one source", c_files, options=frozenset({"single"}), parts=ROLES)

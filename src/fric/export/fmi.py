@@ -9,7 +9,7 @@ import uuid
 from pathlib import Path
 
 from fric.errors import FricError
-from fric.export.base import ExportedPart, Files, Target, archived, render
+from fric.export.base import ROLES, ExportedPart, Files, Target, archived, render
 from fric.export.c import c_files, c_values
 
 
@@ -51,6 +51,4 @@ def _compiled(name: str, sources: dict[str, str], version: int) -> dict[str, byt
         return {f"binaries/{folder}/{name}.so": (Path(place) / f"{name}.so").read_bytes()}
 
 
-TARGET = Target(
-    "fmi", "co-simulation units of FMI 2.0 and 3.0, with sources", fmi_files, parts=("compensation", "machine")
-)
+TARGET = Target("fmi", "co-simulation units of FMI 2.0 and 3.0, with sources", fmi_files, parts=ROLES)

@@ -2,7 +2,7 @@
 
 from math import pi
 
-from fric.export.base import ExportedPart, Files, Target, identifier, render
+from fric.export.base import ROLES, ExportedPart, Files, Target, identifier, render
 from fric.export.c import c_files, c_values
 from fric.units import rotates
 
@@ -28,6 +28,4 @@ def linuxcnc_files(part: ExportedPart) -> Files:
     return files
 
 
-TARGET = Target(
-    "linuxcnc", "a HAL component, its wiring and settings", linuxcnc_files, parts=("compensation", "machine")
-)
+TARGET = Target("linuxcnc", "a HAL component, its wiring and settings", linuxcnc_files, parts=ROLES)

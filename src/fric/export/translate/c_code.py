@@ -51,7 +51,10 @@ _RESERVED = ir.reserved("c")
 
 def c_routines(program: ir.Program, dialect: Dialect) -> str:
     """Return records, helpers and routines of a program, all static, each after its dependencies."""
-    pieces = [_record(record, dialect) for record in program.records]
+    pieces = []
+    for record in program.records:
+        members = "\n".join(f"    {c_type(of, dialect)} {name};" for name, of in record.fields)
+        pieces.append(f"typedef struct {{\n{members}\n}} {c_type(record, dialect)};")
     pieces += filter(None, [helpers(program, dialect)])
     return "\n\n".join([*pieces, *(_CRoutine(program, routine, dialect).text() for routine in program.routines)])
 
@@ -63,11 +66,6 @@ def c_type(of: ir.Type | None, dialect: Dialect) -> str:
     if isinstance(of, ir.Record):
         return f"{dialect.prefix}{of.name.lower()}_t"
     return {ir.REAL: dialect.real, ir.INTEGER: "int32_t", ir.BOOLEAN: "bool"}[of]  # type: ignore[index]
-
-
-def _record(record: ir.Record, dialect: Dialect) -> str:
-    members = "\n".join(f"    {c_type(of, dialect)} {name};" for name, of in record.fields)
-    return f"typedef struct {{\n{members}\n}} {c_type(record, dialect)};"
 
 
 class _CRoutine(ir.Writer):

@@ -272,9 +272,7 @@ class Body:
     def statement(self, node: ast.stmt) -> list[ir.Statement]:
         """Return a statement, preceded by the statements that its expressions need."""
         match node:
-            case ast.Assign(targets=[target], value=value):
-                made = self.assign(target, value)
-            case ast.AnnAssign(target=target, value=ast.expr() as value):
+            case ast.Assign(targets=[target], value=value) | ast.AnnAssign(target=target, value=ast.expr() as value):
                 made = self.assign(target, value)
             case ast.AugAssign(target=target, op=op, value=value):
                 load = ast.parse(ast.unparse(target), mode="eval").body

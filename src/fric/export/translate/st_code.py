@@ -30,15 +30,13 @@ def st_type(of: ir.Type, prefix: str) -> str:
 
 def st_routines(program: ir.Program, prefix: str) -> str:
     """Return records, helpers and routines of a program, in an order in which each is declared before its use."""
-    pieces = [_record(record, prefix) for record in program.records]
+    pieces = []
+    for record in program.records:
+        members = "\n".join(f"    {_word(name)} : {st_type(of, prefix)};" for name, of in record.fields)
+        pieces.append(f"TYPE {st_type(record, prefix)} :\nSTRUCT\n{members}\nEND_STRUCT\nEND_TYPE")
     called = [name for name in ("copysign", "log1p") if program.calls(name)]
     pieces += filter(None, [render("helpers.st.j2", called=called, prefix=prefix).rstrip()])
     return "\n\n".join([*pieces, *(_StRoutine(routine, prefix).text() for routine in program.routines)])
-
-
-def _record(record: ir.Record, prefix: str) -> str:
-    members = "\n".join(f"    {_word(name)} : {st_type(of, prefix)};" for name, of in record.fields)
-    return f"TYPE {st_type(record, prefix)} :\nSTRUCT\n{members}\nEND_STRUCT\nEND_TYPE"
 
 
 def _word(name: str) -> str:
