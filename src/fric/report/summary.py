@@ -21,7 +21,7 @@ from fric.report.collect import ContourTest, ReportInput, collect, description
 from fric.report.plots import presliding
 from fric.report.view import observations, render_report
 from fric.results.base import Advance, Result, bounded, path_of, silent
-from fric.results.kinds import CircleFiles, Quantity, Reported
+from fric.results.kinds import CircleFiles, Quantity
 from fric.results.records import Records
 from fric.results.simulate import CircleResult, PathResult
 from fric.simulate.contour_run import Circle, run_circle
@@ -105,7 +105,7 @@ class Report(Result):
 
 @verb
 def make_report(
-    *files: Reported,
+    *files: Annotated["Result | Machine | Path | str", Kind(Path, "FILE")],
     circles: CircleFiles = (),
     title: str = "",
     tolerance: Annotated[Quantity | None, "position"] = None,

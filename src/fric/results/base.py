@@ -240,7 +240,7 @@ class Result(ABC):
     def warnings(self) -> Sequence[Notice]:
         """Warnings: what the data do not show."""
         if self._schema is not None:
-            return tuple(getattr(getattr(self, self._schema[1], None), "warnings", ()))
+            return tuple(getattr(getattr(self, self._schema[1] or "found", None), "warnings", ()))
         return tuple(map(Notice.of, self.document.get("warnings_coded") or self.document.get("warnings", ())))
 
     def views(self) -> list[str]:

@@ -264,11 +264,6 @@ class TuneResult(Result, schema=circle_findings.TuningDocument):
         return self.found.machine
 
     @property
-    def warnings(self) -> Sequence[Notice]:
-        """What the circles do not determine, and what was refused."""
-        return self.found.warnings
-
-    @property
     def measured(self) -> dict[str, float]:
         """Recorded glitch [m] by feed."""
         return {f"{test.feed:g}": measured_glitch(test) for test in self.found.tests}

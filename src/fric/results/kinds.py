@@ -26,9 +26,7 @@ if TYPE_CHECKING:  # each brings what a command's help does without
     from fric.friction.stribeck import StaticMap
     from fric.log import Record
     from fric.results.base import Result
-    from fric.simulate.contour_run import PointPath, RecordedPath
     from fric.simulate.machine import Machine
-    from fric.simulate.spread import Spread
 
 Quantity = float | str
 """A number in SI, or a text with its unit; the annotation has its dimension: ``Annotated[Quantity, "force"]``."""
@@ -36,7 +34,6 @@ Quantities: TypeAlias = Annotated[Sequence[float | str] | float | str, Kind(str)
 """Several quantities, also as a text with commas."""
 Count: TypeAlias = Annotated[int, Kind(least=1, most=1_000_000)]  # A number of things
 Blocks: TypeAlias = Annotated[int, Kind(least=1, most=12)]  # Slip blocks: a fit's time grows with their square
-Machines: TypeAlias = Annotated[int, Kind(metavar="N", least=1, most=100_000)]  # An hour of a core, a scheme
 Workers: TypeAlias = Annotated[int, Kind(least=1, most=512)]  # Processes, of 0.15 GB each
 Seed: TypeAlias = Annotated[int, Kind(least=0, most=2**32 - 1)]  # A seed of random numbers
 EncoderName: TypeAlias = Literal["motor", "load"]  # The name of one of two encoders of an axis
@@ -67,10 +64,6 @@ CirclesLike: TypeAlias = Annotated[
     "MeasuredCircle | Path | str | Sequence[MeasuredCircle | Path | str]", Kind(list[Path], "CIRCLE.h5")
 ]
 """A measured circle, or several."""
-PathLike: TypeAlias = Annotated["PointPath | RecordedPath | Path | str", Kind(Path, "PATH.csv")]
-"""A path, or the file of its points."""
-SpreadsLike: TypeAlias = Annotated["Mapping[str, Spread] | Path | str", Kind(Path, "SPREAD.yaml")]
-"""Spreads of parameters by name, or their file."""
 CircleFiles: TypeAlias = Annotated[Sequence[Path | str], Kind(list[Path], "CIRCLE.h5")]  # Files of measured circles
 SchemeName: TypeAlias = Annotated[str, Kind(metavar="SCHEME", complete="schemes")]  # The name of a compensation scheme
 SchemesLike: TypeAlias = Annotated["str | Scheme | Iterable[str | Scheme]", Kind(str, "SCHEME", "schemes")]
@@ -78,7 +71,5 @@ SchemesLike: TypeAlias = Annotated["str | Scheme | Iterable[str | Scheme]", Kind
 KnownSchemes: TypeAlias = Annotated["Mapping[str, Scheme] | Path | str", Kind(Path, "SCHEMES.yaml")]
 """Schemes by name, or their file."""
 AxisName: TypeAlias = Annotated[str, Kind(metavar="AXIS", complete="axes")]  # The name of an axis
-Reported: TypeAlias = Annotated["Result | Machine | Path | str", Kind(Path, "FILE")]
-"""What a report is made of: a file, or a result or machine in place of the file that it saves."""
 RecordName: TypeAlias = Annotated[str, Kind(metavar="NAME", complete="records")]  # The name of a record
 Address: TypeAlias = Annotated[str, Kind(metavar="ADDRESS")]  # The address of a Dask cluster

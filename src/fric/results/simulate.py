@@ -24,19 +24,17 @@ from fric.results.kinds import (
     Count,
     KnownSchemes,
     MachineLike,
-    Machines,
-    PathLike,
     Quantities,
     Quantity,
     SchemesLike,
     Seed,
-    SpreadsLike,
     Workers,
 )
 from fric.simulate import contour_run
-from fric.simulate.contour_run import Chance, ContourRun
+from fric.simulate.contour_run import Chance, ContourRun, PointPath, RecordedPath
 from fric.simulate.machine import Machine
 from fric.simulate.processes import MonteCarlo, Study, run_all
+from fric.simulate.spread import Spread
 from fric.units import microns, readable
 from fric.verb import Kind, useless, verb
 from fric.verdict import Verdict, bare, candidates_of, decide, evidence_of, facts
@@ -171,8 +169,8 @@ def circle(
     clockwise: bool = False,
     axis: AxisName | None = None,
     known: KnownSchemes | None = None,
-    machines: Machines | None = None,
-    spread: SpreadsLike | None = None,
+    machines: Annotated[int | None, Kind(metavar="N", least=1, most=100_000)] = None,
+    spread: Annotated["Mapping[str, Spread] | Path | str | None", Kind(Path, "SPREAD.yaml")] = None,
     measured: CirclesLike = (),
     seed: Seed = 0,
     accuracy: Annotated[Quantity, "position"] = "0.005 um",
@@ -398,7 +396,7 @@ class PathResult(Result, schema=PathResultDocument):
 @verb
 def path(
     machine: MachineLike,
-    points: PathLike,
+    points: Annotated["PointPath | RecordedPath | Path | str", Kind(Path, "PATH.csv")],
     schemes: SchemesLike = "all",
     *,
     velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
@@ -413,7 +411,7 @@ def path(
     Raises FricError: When the path has a corner, or the machine cannot follow it.
     """
     subject = machine_of(machine)
-    if isinstance(points, contour_run.PointPath | contour_run.RecordedPath):
+    if isinstance(points, PointPath | RecordedPath):
         name, followed = "path", points
     else:
         from fric.io.circle import read_path  # with HDF5, which a table needs not
