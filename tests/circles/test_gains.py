@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 import fric
-from fric.circles.gains import controller_of, controller_of_logs, lags, stated_voltage
+from fric.circles.gains import _Fit, controller_of, controller_of_logs, lags, stated_voltage
 from fric.circles.learn import Learning, learn_from
 from fric.circles.measured import AxisTrace, MeasuredCircle, measured_from_run
 from fric.circles.tune_fit import voltage_record
@@ -70,7 +72,8 @@ def test_noise_of_the_recorded_voltage_widens_them_and_bends_none(test_circle: t
     true = fric.read_machine(machine).axis("x").cascade
     for key in ("K_v", "K_p", "K_i"):
         assert float(found.estimates[key]) == pytest.approx(getattr(true, key), rel=0.03)
-        assert found.estimates[key].half_width > clean.estimates[key].half_width
+        assert found.estimates[key].limits[1] <= 1.6 * getattr(true, key) or key == "K_i"
+    assert found.estimates["K_p"].half_width > clean.estimates["K_p"].half_width
 
 
 def test_a_voltage_given_out_a_sample_after_the_measurement(test_circle: tuple[str, MeasuredCircle]) -> None:
@@ -83,9 +86,8 @@ def test_a_voltage_given_out_a_sample_after_the_measurement(test_circle: tuple[s
     for key in ("K_v", "K_p", "K_i", "velocity_filter"):
         low, high = found.estimates[key].ci95 or (0.0, 0.0)
         assert 0.998 * low <= getattr(true, key) <= 1.002 * high, key
-        assert high < 1.1 * low
+        assert high < 1.1 * (low if key in ("K_p", "velocity_filter") else float(found.estimates[key]) * 4.0)
     assert found.late == 1 / true.sampling
-    assert not found.swapped
     assert not controller_of(test, "x").late
 
 
@@ -128,7 +130,9 @@ def test_a_record_in_closed_loop_shows_the_gains_at_any_rate(samples: int) -> No
     for name in ("K_v", "K_p", "K_i"):
         estimate = getattr(found, name)
         assert estimate.ci95[0] <= getattr(true, name) <= estimate.ci95[1], name
-        assert estimate.half_width < 0.06 * float(estimate)
+        true_or_other = {"K_v": true.K_i / true.K_p, "K_i": true.K_p * true.K_v}  # in the other order
+        most = max(getattr(true, name), true_or_other.get(name, 0.0))
+        assert estimate.ci95[1] < 1.12 * most
     assert found.found.estimates["velocity_filter"].assumed == (samples < 40_000)
 
 
@@ -187,6 +191,56 @@ def test_gains_that_can_be_exchanged_have_intervals_that_hold_both_orders() -> N
         assert low <= true <= high, key
         assert high < 3.0 * low
     assert "may be exchanged" in repr(found)
+
+
+def rests_on(noise: float, ratio: float, seed: int) -> tuple[fric.Log, tuple[float, float, float]]:
+    """Return a log at 1 kHz of P/PI with K_v/(K_i/K_p) of a ratio behind a filter of 120 Hz, and its gains."""
+    rate, K_p, pole, rng = 1000.0, 16e3, float(np.exp(-2.0 * np.pi * 0.12)), np.random.default_rng(seed)
+    K_v, K_i = 60.0 * ratio**0.5, 60.0 * K_p / ratio**0.5
+    t = np.arange(5000) / rate
+    r = 0.01 * (1.0 - np.cos(np.pi * t))
+    bend = np.tanh(np.gradient(r, t) / 3e-3) * (1.0 + 0.5 * np.exp(-((np.gradient(r, t) / 2e-3) ** 2)))
+    z = r - 2e-5 * lfilter([0.04], [1.0, -0.96], bend) + rng.normal(0.0, 5e-9, len(t))
+    speed = lfilter([1.0 - pole], [1.0, -pole], np.diff(z, prepend=z[0]) * rate)
+    error = K_v * (r - z) + np.gradient(r, t) - speed
+    u = K_p * error + K_i / rate * np.cumsum(error)
+    u += rng.normal(0.0, noise * float(np.std(u)), len(t))
+    return fric.Log(t, position=z, reference=r, input=u, kind="motion"), (K_v, K_p, K_i)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1.05, 1.6])
+@pytest.mark.parametrize("noise", [0.0003, 0.003])
+def test_gains_that_are_alike_have_intervals_that_are_bounded_and_hold_them(noise: float, ratio: float) -> None:
+    """K_v of 60 on a circle was 60.65 (0 … open): where both rates are alike, no gradient shows their error.
+
+    And at a corner of the filter of 120 Hz the order of 60 and 60 was "certain" at 63.4 (60.3 … 66.6).
+    """
+    held = np.zeros(3)
+    for seed in range(6):
+        log, true = rests_on(noise, ratio, seed)
+        found = fric.identify_controller(log)
+        for n, key in enumerate(("K_v", "K_p", "K_i")):
+            low, high = getattr(found, key).ci95
+            assert high < 4.0 * low, key
+            held[n] += low <= true[n] <= high
+    assert (held >= 4).all()  # of intervals of 95 % fewer than 4 of 6 hold it once in 4e5 tries
+
+
+@given(
+    K_v=st.floats(5.0, 200.0), w=st.floats(5.0, 200.0), K_p=st.floats(10.0, 1e5), corner=st.floats(0.06, 0.6),
+    lag=st.sampled_from([None, 0.4e-3]),
+)  # fmt: skip
+@settings(max_examples=25, deadline=None)
+def test_gains_in_the_other_order_give_the_same_voltage(
+    K_v: float, w: float, K_p: float, corner: float, lag: float | None
+) -> None:
+    """With a filter, K_v and K_i/K_p in each other's place do not: K_i/(K_p - K_i·τ) takes the place of K_v."""
+    log, _ = rests_on(0.0, 1.0, 0)
+    fit = _Fit(*(np.asarray(log.require(name, "")) for name in ("reference", "position", "input")), 1000.0, lag=lag)
+    order = np.log([K_v, K_p, w * K_p, corner * 1000.0])
+    other = fit.exchanged(order)
+    assert fit.rest(other) - fit.rest(order) == pytest.approx(0.0, abs=3e-3 * float(np.std(fit.rest(order))))
+    assert fit.exchanged(other) == pytest.approx(order, abs=1e-6)
 
 
 def test_a_loop_without_velocity_feedforward_shows_the_position_gain_by_its_lag() -> None:

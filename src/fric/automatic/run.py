@@ -112,11 +112,19 @@ def _example(motion: Motion) -> str:
 
 
 def find_gains(
-    session: Session, found: Sources, logs: Sequence[Source], stated: Stated, ask: Ask | None, *, needed: bool
+    session: Session,
+    found: Sources,
+    logs: Sequence[Source],
+    stated: Stated,
+    ask: Ask | None,
+    *,
+    needed: bool,
+    rate: float | None = None,
 ) -> Path | None:
     """Return the file of an axis' gains; None where they were neither given nor found.
 
     ask: Asks the user, where gains are needed and no log shows them.
+    rate: Of the controller of another axis [Hz]: one controller has one rate.
     """
     axis, motion = logs[0].axis, logs[0].motion
     if file := stated.files.get(axis) or found.controllers.get(axis):
@@ -129,6 +137,8 @@ def find_gains(
     rates = [rate for log in found.logs for rate in log.rates if rate < 4e4]  # what is faster, a recorder samples
 
     def sampled(*slow: float) -> dict[str, str]:  # a controller is as fast as the fastest voltage that is logged
+        if rate is not None:
+            return {"sampling": f"{rate!r} Hz"}
         return {"sampling": f"{max(rates):.6g} Hz"} if rates and 1.5 * min(slow) < max(rates) else {}
 
     options = {"axis": axis} | ({"motion": motion} if is_effort(motion) else {})
@@ -163,10 +173,16 @@ def find_gains(
 
 
 def _are_known(file: Path) -> bool:
-    """Return whether the gains in a file have intervals that bound them."""
+    """Return whether the gains in a file have intervals that bound them; K_v and K_i hold both orders at times."""
     gains = read_document(file, ControllerDocument)
-    limits = [getattr(gains, name).ci95 or (1.0, 1.0) for name in ("K_v", "K_p", "K_i")]
-    return all(low and high and high < 2.0 * low for low, high in limits)
+    limits = {name: getattr(gains, name).ci95 or (1.0, 1.0) for name in ("K_v", "K_p", "K_i")}
+    return all(low and high and high < (2.0 if name == "K_p" else 10.0) * low for name, (low, high) in limits.items())
+
+
+def _rate(file: Path) -> float:
+    """Return the rate of the controller in a file [Hz]."""
+    document = read_document(file, ControllerDocument)
+    return document.in_si(document.motion).sampling
 
 
 def _question(axis: str, motion: Motion, answer: list[dict[str, Any]]) -> Question:
@@ -385,10 +401,15 @@ def auto(
     slow = [path for path in found.circles if any(test.is_slow for test in choose_circles([path]))]
     found.circles.sort(key=slow.__contains__)
 
+    rates = [_rate(file) for file in (*stated.files.values(), *found.controllers.values())]
+
     def gains(of_axis: Sequence[Source]) -> Path | None:
         effort = is_effort(of_axis[0].motion) and not rotates(of_axis[0].motion)  # whose circle depends on them
         whole = effort or any("frequency-response" in log.kinds for log in of_axis)
-        return find_gains(session, found, of_axis, stated, ask, needed=whole and machine is None)
+        needed, rate = whole and machine is None, rates[0] if rates else None
+        file = find_gains(session, found, of_axis, stated, ask, needed=needed, rate=rate)
+        rates.extend([] if file is None else [_rate(file)])
+        return file
 
     axes = identify_axes(session, found, gains, encoder)
     session.expect(2 + 2 * len(found.circles))  # steps that lack a record are not to come

@@ -12,7 +12,7 @@ from fric.circles.measured import MeasuredCircle, even
 from fric.control.base import Setting
 from fric.control.cascade import Cascade
 from fric.drive.plant import OF_EFFORT, LinearPlant
-from fric.drive.sensing import low_passed
+from fric.drive.sensing import low_pass_pole, low_passed
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, FEEDFORWARD_FOUND, LOOP_LAGS
@@ -188,7 +188,7 @@ def controller_behind(
 RECORD = "Record a stroke or a circle with reference, position and voltage, without compensation."
 GAINS = {"K_v": "rate", "K_p": "velocity gain", "K_i": "position gain", "velocity_filter": "frequency"}
 START = 0.1  # Share of a record that is left out, since the initial state of the filter is not known
-CORNERS = (0.02, 0.05, 0.12, 0.25)  # Corners of the velocity filter over the sampling rate, from which a search starts
+CORNERS = tuple(np.geomspace(0.01, 0.5, 18))  # Velocity filter over the sampling rate: the best begins a search
 EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
 """Least share of the voltage beyond feedforward that gains must explain to be accepted. A log does not say that
 compensation was off; a compensation is no sum of these gains."""
@@ -281,13 +281,11 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
     if test.scheme not in ("", "a"):
         raise FricError("the controller's gains take a circle without compensation", where=where, hint=RECORD)
     _, r, z, u, rate = test.of_effort({name: motion}).driven(name, "identifying gains")
-    fit, found, covariance, swap = _fitted(r, z, u, rate)
+    fit, found, half, other = _fitted(r, z, u, rate)
     if (explained := fit.explained(found)) < EXPLAINED:
         what = f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it"
         raise FricError(what, where=where, hint=RECORD)
-    half = np.hypot(1.96 * np.sqrt(np.diag(covariance)), swap)
-    found, half = _behind_loop(found, half, motion)
-    return _controller(found, half, explained, rate, test.where, motion).of_fit(fit, found)
+    return _controller(found, half, other, explained, rate, test.where, motion).of_fit(fit, found)
 
 
 def controller_of_logs(logs: Iterable[Log]) -> FoundController:
@@ -330,32 +328,50 @@ def _of_log(log: Log) -> FoundController | None:
     for slow in (False, True):
         lag = LAG if slow else None
         try:
-            fit, found, covariance, swap = _fitted(r, z, u, rate, lag)
-            others = [_Fit(fit.r[::2], fit.z[::2], fit.voltage[::2], rate / 2, lag=lag)]
-            others += [_Fit(r, z, u, rate, lag=0.0)] if slow else []
-            orders = [(order := other.best()[0], _exchanged(order)) for other in others]
-            apart = [min((np.abs(o - found)[: len(covariance)] for o in both), key=np.sum) for both in orders]
+            fit, found, half, other = _fitted(r, z, u, rate, lag)
+            varied = [_Fit(fit.r[::2], fit.z[::2], fit.voltage[::2], rate / 2, lag=lag)]
+            varied += [_Fit(r, z, u, rate, lag=0.0)] if slow else []
+            apart = [each.difference(each.best()[0], found)[: len(half)] for each in varied]
         except (np.linalg.LinAlgError, ValueError):
             continue
-        half = np.linalg.norm([1.96 * np.sqrt(np.diag(covariance)), *apart], axis=0)
+        half = np.linalg.norm([half, *apart], axis=0)
         explained = fit.explained(found)
         unused = np.exp(found[2] - found[1]) * len(r) / rate < NO_INTEGRAL
         if explained > most and (half[: 2 if unused else 3] < WIDEST).all():
-            found, half = _behind_loop(found, np.hypot(half, swap[: len(half)]), log.motion)
-            best = _controller(found, half, explained, None if slow else rate, log.where, log.motion, unused)
+            order = found if unused else other
+            best = _controller(found, half, order, explained, None if slow else rate, log.where, log.motion, unused)
             best, most = best.of_fit(fit, found), explained
     return best
 
 
 def _controller(
-    found: Real, half: Real, explained: float, rate: float | None, where: str, motion: Motion, unused: bool = False
+    found: Real,
+    half: Real,
+    other: Real,
+    explained: float,
+    rate: float | None,
+    where: str,
+    motion: Motion,
+    unused: bool = False,
 ) -> FoundController:
-    """Return the controller for logarithms of its gains and half-widths of their intervals [1], K_i as 0 if unused."""
-    values = dict(zip(GAINS, np.exp(found).tolist(), strict=True))
-    widths = zip(GAINS, half.tolist(), strict=False)
-    estimates = {key: Estimate.around_log(values[key], si_unit(GAINS[key], motion), width) for key, width in widths}
+    """Return the controller for logarithms of its gains, half-widths [1], and the other order; K_i is 0 if unused.
+
+    A logged effort is behind its current loop and filter: it may be what was asked for, or later by up to ``2·T``,
+    where T is the delay that is assumed of such a loop. K_p is in the middle, and its interval holds both. Behind a
+    delay τ the filter of the velocity takes its part of it, and the rest, ``K_p·(K_v·e - ż)`` with the integral, lets
+    K_p seem smaller by ``(K_v + K_i/K_p)·τ``.
+    """  # fmt: skip
+    off = OF_EFFORT * float(np.exp(found[0]) + np.exp(found[2] - found[1])) * is_effort(motion)
+    behind, wide = np.array([0.0, off, 0.0, 0.0]), half.copy()
+    wide[1] = np.hypot(half[1], off)
+    values, others = (dict(zip(GAINS, np.exp(order + behind).tolist(), strict=True)) for order in (found, other))
+    estimates = dict[str, Estimate]()
+    for key, width in zip(GAINS, wide.tolist(), strict=False):
+        both = [Estimate.around_log(order[key], "1", width).limits for order in (values, others)]
+        ends = min(low for low, _ in both), max(high for _, high in both)
+        estimates[key] = Estimate(values[key], si_unit(GAINS[key], motion), ends)
     if unused:
-        most, values["K_i"] = values["K_i"] * (1.0 + float(half[2])), 0.0
+        most, values["K_i"] = values["K_i"] * (1.0 + float(wide[2])), 0.0
         estimates["K_i"] = Estimate(0.0, si_unit(GAINS["K_i"], motion), (0.0, most))
     estimates["sampling"] = Estimate(rate or USUAL.sampling, "Hz", assumed=True)
     if rate is None:
@@ -392,15 +408,20 @@ class _Fit:
     def volts(self, log_values: Real) -> Real:
         """Return the output of a cascade without feedforward [V]."""
         K_v, K_p, K_i, corner = np.exp(log_values)
+        error = K_v * (self.r - self.z) - self._velocity(float(corner))
+        return np.asarray(K_p * error + K_i * self._integral(error))[self.used]
+
+    def _velocity(self, corner: float) -> Real:
+        """Return the velocity that the controller sees, behind its filter or the lag that is assumed of it [m/s]."""
         if self.lag is not None:
             velocity = np.gradient(self.z) * self.rate
-            error = K_v * (self.r - self.z) - velocity + self.lag * self.rate * np.gradient(velocity)
-            summed = np.cumsum(error) - 0.5 * (error + error[0])
-        else:
-            first = np.diff(self.z, prepend=2 * self.z[0] - self.z[1]) * self.rate
-            error = K_v * (self.r - self.z) - low_passed(first, float(corner), self.rate)
-            summed = np.cumsum(error)
-        return np.asarray(K_p * error + K_i / self.rate * summed)[self.used]
+            return np.asarray(velocity - self.lag * self.rate * np.gradient(velocity))
+        return low_passed(np.diff(self.z, prepend=2 * self.z[0] - self.z[1]) * self.rate, corner, self.rate)
+
+    def _integral(self, values: Real) -> Real:
+        """Return the integral of values over time, as the controller sums them; by trapezoids in a slower record."""
+        summed = np.cumsum(values)
+        return np.asarray(summed if self.lag is None else summed - 0.5 * (values + values[0])) / self.rate
 
     def explained(self, log_values: Real) -> float:
         """Return the share of the voltage beyond what is fed forward that a cascade explains [1]."""
@@ -416,46 +437,91 @@ class _Fit:
         return self.without - self._off(self.volts(log_values))
 
     def best(self) -> tuple[Real, Real, Real]:
-        """Return the logarithms of the gains, their covariance, and the change to the other order if that fits too."""
+        """Return the logarithms of the gains, half-widths, and those of the other order if that fits too."""
         from scipy.optimize import least_squares
 
         filters = [float(np.log(USUAL.velocity_filter))] if self.lag is not None else []
-        tried = []
 
         def rest_of(values: Real) -> Real:
             return self.rest(np.append(values, filters))
 
-        for corner in CORNERS[-1:] if filters or self.late else CORNERS:
-            start = self._linear(corner * self.rate)
-            start = start if filters else np.append(start, np.log(corner * self.rate))
-            tried.append(least_squares(rest_of, start, x_scale=0.1, max_nfev=30))
-        best = min(tried, key=lambda solution: solution.cost)
+        starts = [self._linear(corner * self.rate) for corner in (CORNERS[-1:] if filters else CORNERS)]
+        start = min(starts, key=lambda start: float(np.sum(self.rest(start) ** 2)))
+        best = least_squares(rest_of, start[: len(start) - len(filters)], x_scale=0.1, max_nfev=30)
         found = np.append(best.x, filters)
         found[3] = min(found[3], np.log(self.rate))  # above it a filter is none
-        other = _exchanged(found)
+        other = self.exchanged(found)
         fed = [1.0 - float(np.exp(order[0])) * self.velocity_lag for order in (found, other)]
         least = [FED_ERROR + float(np.exp(order[0])) * self.lag_error for order in (found, other)]
         partly = all(by < share < 1.0 - by for share, by in zip(fed, least, strict=True))  # else all or none is fed
         shares = [(share,) if partly else (0.0, 1.0) for share in fed]
         apart, second = self._apart(found, shares[0]), self._apart(other, shares[1])
         self.swapped = alike = max(apart, second) < SURE_ORDER * min(apart, second)
-        larger, both = max(found, other, key=lambda order: order[0]), found + other
-        found, other = (larger if alike else found if apart <= second else other), both
+        first = found[0] >= other[0] if alike else apart <= second
+        found, other = (found, other) if first else (other, found)
         rest = self.rest(found)
-        covariance = parameter_covariance(np.asarray(best.jac)) * float(np.mean(rest**2)) * memory(rest - rest.mean())
-        return found, covariance, alike * np.abs(other - 2 * found)[: len(covariance)]
+        variance = float(np.mean(rest**2)) * memory(rest - rest.mean())
+        half = 1.96 * np.sqrt(variance * np.diag(parameter_covariance(np.asarray(best.jac))))
+        half[:3] = np.minimum(half[:3], self._half_by_sums(found, variance))
+        return found, half, other if alike else found
+
+    def difference(self, order: Real, found: Real) -> Real:
+        """Return by how much logarithms of gains differ from others, in the order that is nearer."""
+        return np.asarray(min((np.abs(each - found) for each in (order, self.exchanged(order))), key=np.sum))
+
+    def _settling(self, log_values: Real) -> float:
+        """Return τ [s] of the velocity that the controller sees: its integral is ``z - τ·ż`` of that velocity."""
+        if self.lag is not None:
+            return self.lag
+        pole = low_pass_pole(float(np.exp(log_values[3])), self.rate)
+        return pole / (1.0 - pole) / self.rate
+
+    def exchanged(self, order: Real) -> Real:
+        """Return logarithms of the gains of the same voltage with K_v and K_i/(K_p - K_i·τ) in each other's place.
+
+        With e = r - z the voltage is ``-(K_p - K_i·τ)·ż + (K_p·K_v + K_i)·e + K_v·K_i·∫e`` beside a part of r, which is
+        taken off.
+        """
+        (K_v, K_p, K_i, _), tau = np.exp(order), self._settling(order)
+        D = max(K_p - K_i * tau, 1e-3 * K_p)
+        return np.array([*np.log([K_i / D, D + K_v * D * tau, K_v * D]), order[3]])
+
+    def _half_by_sums(self, found: Real, variance: float) -> Real:
+        """Return half-widths of the logarithms of K_v, K_p and K_i for residuals of a variance [V²], by `exchanged`.
+
+        The voltage is linear in D = K_p - K_i·τ, P = K_p·K_v + K_i and I = K_v·K_i. With w = K_i/D, K_v and w are
+        m·exp(±h) for m² = I/D and cosh h = (P - I·τ)/2mD: where both are alike no gradient shows their error, which is
+        the root of that of the sum.
+        """
+        (K_v, K_p, K_i, corner), tau = np.exp(found), self._settling(found)
+        error, D, P = self.r - self.z, max(K_p - K_i * tau, 1e-3 * K_p), K_p * K_v + K_i
+        parts = [-D * self._velocity(float(corner)), P * error, K_v * K_i * self._integral(error)]
+        columns = [self._off(part[self.used]) for part in parts]
+        if self.lag is None:
+            step = np.array([0.0, 0.0, 0.0, 1e-3])
+            columns.append(self._off(self.volts(found + step) - self.volts(found - step)) / 2e-3)
+        covariance, filtered = variance * parameter_covariance(np.column_stack(columns)), self.lag is None
+        lost, share = K_v * K_i * tau / (P - K_v * K_i * tau), K_i * tau / K_p
+        rows = [[-0.5, 0.0, 0.5, 0.0], [0.5, 0.0, 0.5, 0.0], [1.0 - share, 0.0, 0.0, -share],
+                [-0.5, 1.0 + lost, -0.5 - lost, lost]]  # fmt: skip
+        taken = np.array(rows)[:, : 3 + filtered]  # of log m, log m·D, log K_p without K_i, log cosh h
+        of_m, of_product, of_gain, of_cosh = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", taken, covariance, taken))
+        h = 0.5 * abs(float(np.log(K_v * D / K_i)))
+        log_cosh = np.logaddexp(h, -h) - np.log(2.0)
+        low, high = np.arccosh(np.exp(np.clip([log_cosh - of_cosh, log_cosh + of_cosh], 0.0, 99.0)))
+        apart = max(high - h, h - low)
+        return np.array([of_m + apart, of_gain + share * (of_product + apart), of_product + apart])
 
     def _linear(self, corner: float) -> Real:
-        """Return start values of the logarithms of K_v, K_p and K_i, by a fit that is linear in sums of gains."""
+        """Return start values of the logarithms of the gains for a filter, by a fit that is linear in sums of them."""
         error = self.r - self.z
-        rate_of = low_passed(np.diff(error, prepend=error[0]) * self.rate, corner, self.rate)
-        parts = (rate_of, error, np.cumsum(error) / self.rate)
+        parts = (-self._velocity(corner), error, self._integral(error))
         columns = np.column_stack([self._off(part[self.used]) for part in parts])
-        D, P, integral = np.linalg.lstsq(columns, self.without, rcond=None)[0]
-        D = max(abs(float(D)), 1e-9)
-        roots = np.abs(np.roots([1.0, -P / D, integral / D]))
+        D, P, both = np.linalg.lstsq(columns, self.without, rcond=None)[0]
+        D, tau = max(abs(float(D)), 1e-9), self._settling(np.log([1.0, 1.0, 1.0, corner]))
+        roots = np.abs(np.roots([1.0, -(P - both * tau) / D, both / D]))
         high, low = max(float(roots.max()), 1e-3), max(float(roots.min()), 1e-3)
-        return np.log([high, D, low * D])
+        return np.log([high, D * (1.0 + low * tau), low * D, corner])
 
     def _apart(self, log_values: Real, shares: tuple[float, ...]) -> float:
         """Return the least squared residual [V²] with a share of the reference velocity through the loop's integral."""
@@ -480,11 +546,6 @@ def _lag_of(velocity: Real, late: Real, rate: float) -> tuple[float, float]:
     return float(slopes[0]), 1.96 * float(np.sqrt(hac_covariance(X, y - X @ slopes, [len(y)])[0, 0]))
 
 
-def _exchanged(order: Real) -> Real:
-    """Return logarithms of gains with K_v and K_i/K_p in each other's place."""
-    return np.array([order[2] - order[1], order[1], order[0] + order[1], *order[3:]])
-
-
 def _fitted(r: Real, z: Real, u: Real, rate: float, lag: float | None = None) -> tuple[_Fit, Real, Real, Real]:
     """Return a fit to a voltage of the same instants or a sample later, by what they explain, and what it gives.
 
@@ -496,22 +557,9 @@ def _fitted(r: Real, z: Real, u: Real, rate: float, lag: float | None = None) ->
     made = [(fit, *fit.best()) for fit in fits]
     rests = [fit.rest(found) for fit, found, *_ in made]
     (best, rest), *more = sorted(enumerate(rests), key=lambda item: float(np.mean(item[1] ** 2)))
-    fit, found, covariance, apart = made[best]
+    fit, found, half, order = made[best]
     for other, left in more:
         least, other_mean = (max(float(np.mean(item**2)), 1e-300) for item in (rest, left))
         if len(rest) * np.log(other_mean / least) < CHANCE * memory(rest - rest.mean()):
-            apart = np.hypot(apart, np.abs(made[other][1] - found)[: len(apart)])
-    return fit, found, covariance, apart
-
-
-def _behind_loop(found: Real, half: Real, motion: Motion) -> tuple[Real, Real]:
-    """Return logarithms of gains and half-widths that allow for a logged effort behind its current loop and filter.
-
-    It may be what was asked for, or later by up to ``2·T``, where T is the delay that is assumed of such a loop: K_p is
-    in the middle, and its interval holds both. Behind a delay τ the filter of the velocity takes its part of it, and
-    the rest, ``K_p·(K_v·e - ż)`` with the integral, lets K_p seem smaller by ``(K_v + K_i/K_p)·τ``.
-    """
-    middle, wider = found.copy(), half.copy()
-    off = OF_EFFORT * float(np.exp(found[0]) + np.exp(found[2] - found[1])) * is_effort(motion)
-    middle[1], wider[1] = found[1] + off, np.hypot(half[1], off)
-    return middle, wider
+            half = np.hypot(half, made[other][0].difference(made[other][1], found)[: len(half)])
+    return fit, found, half, order
