@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fric
 from fric.circles.diagnose import agreement, both_directions, diagnose
 from fric.circles.measured import MeasuredCircle, measured_from_run
 from fric.circles.revolutions import find_circles, revolutions
@@ -209,6 +210,19 @@ def test_a_simulated_circle_is_friction_alone_and_its_glitches_are_those_of_the_
     for name in ("x", "y"):
         assert abs(found.geometry[f"backlash.{name}"].value) < 0.1e-6
     assert abs(found.geometry["mismatch"].value) < 0.1e-6
+
+
+@pytest.mark.parametrize("lost", [0.0, 4e-6])
+def test_friction_that_rises_before_a_reversal_is_no_backlash(lost: float) -> None:
+    """On a slow circle of an axis without any, 1.8 µm (0.4 … 3.2) were backlash: there the loop errs before, too."""
+    run = measured_from_run(fric.circle("virtual-rig", "a", velocity="15 mm/s", radius="25 mm").runs[0])
+    x = run.axes["x"]
+    assert x.reference is not None
+    moved = x.position - 0.5 * lost * np.sign(np.gradient(x.reference))
+    found = diagnose([replace(run, axes={**run.axes, "x": replace(x, position=moved)})])
+    low, high = found.geometry["backlash.x"].limits
+    assert low < lost < high
+    assert lost == 0.0 or low > 0.0
 
 
 def test_disagreement_is_told_with_its_cause(table):

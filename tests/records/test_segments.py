@@ -279,3 +279,16 @@ def test_a_slow_stroke_between_fast_ones_without_a_pause_is_kept() -> None:
     v = np.concatenate(pieces)
     log = Log(np.arange(len(v)) * dt, position=np.cumsum(v) * dt, force=30.0 * np.tanh(v / 1e-5))
     assert [round(1e3 * segment.velocity, 2) for segment in steady_segments(log)] == [50.0, -0.1, 50.0, -0.1, 50.0]
+
+
+def test_an_axis_that_creeps_while_its_reference_stays_is_at_rest() -> None:
+    """At 5 µm/s for a second, between strokes of 1 mm/s, such a creep made strokes a motion, and left no static map."""
+    log = two_sided(4, creep=-5e-6)
+    asked = two_sided(4).position
+    assert kind_of(replace(log, reference=asked)) == "constant-velocity"
+    assert len(steady_segments(replace(log, reference=asked))) == 4
+    creeping = two_sided(4, creep=-50e-6)  # without a reference it may be a stroke
+    assert len(steady_segments(creeping)) > 4
+    assert len(steady_segments(replace(creeping, reference=asked))) == 4
+    unused = replace(creeping, reference=np.zeros(len(creeping)))  # which says nothing
+    assert len(steady_segments(unused)) == len(steady_segments(creeping))

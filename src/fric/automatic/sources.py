@@ -14,7 +14,7 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from fric.columns import Kind
+from fric.columns import PRESLIDING, Kind
 from fric.documents.bundled import bundled
 from fric.documents.controller import ControllerDocument
 from fric.documents.yaml import read_document
@@ -85,6 +85,7 @@ class Source:
     assumed: bool = False  # Whether samples that cannot be used are dropped
     loaded: bool = False  # Whether a record has the position of the load, by a second encoder
     lacks: str = ""  # Why its records show no friction
+    unfit: str = ""  # Why a record before sliding shows no blocks
     efforts: frozenset[str] = frozenset()  # Those of force and input that a record of it has
     rates: tuple[float, ...] = ()  # Rates of its records whose input changes at nearly every sample [Hz]
 
@@ -322,11 +323,15 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     rests = kinds == {"motion"} and all(isinstance(log, Log) and is_at_rest(travelled(log)) for log in records)
     lacks = NO_FORCE if not pushed else AT_REST if rests else ""
     axis, motion = records[0].axis, records[0].motion
+    unfit = (
+        f"{inspection.name}: {use.why}" for inspection in inspected for use in inspection.uses
+        if inspection.kind in PRESLIDING and use.purpose == "gms" and not use.good
+    )  # fmt: skip
     efforts = frozenset(of for of in ("force", "input") for log in records if getattr(log, of, None) is not None)
     rates = tuple(rate for log in records if isinstance(log, Log) and (rate := _renewed(log)))
     return Source(
         path, axis, motion, kinds, uses, mapping, both, driven, strokes, loaded=loaded, lacks=lacks, efforts=efforts,
-        rates=rates,
+        rates=rates, unfit=next(unfit, ""),
     )  # fmt: skip
 
 

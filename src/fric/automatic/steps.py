@@ -381,6 +381,7 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
             both=all(m.both for m in members), driven=all(m.driven for m in members),
             strokes=sum(m.strokes for m in members), loaded=any(m.loaded for m in members),
             efforts=frozenset().union(*(m.efforts for m in members)), rates=sum((m.rates for m in members), ()),
+            unfit=next((m.unfit for m in members if m.unfit), ""),
         )  # fmt: skip
         reads = [*files, *([Path(mapping)] if mapping.endswith(".yaml") else [])]
         yield step(f"{axis}: ingest {kind}", "ingest", files, options, reads, output=log), left
@@ -477,7 +478,8 @@ def axis_steps(
         if not of("sliding-sine"):
             missing.append(NO_C)
     else:
-        missing.append(NO_GMS)
+        unfit = next((log.unfit for log in logs if log.unfit), "")
+        missing.append(NO_GMS + f" ({unfit})" * bool(unfit))
         if moving and not (strokes or responses or lean):  # what a motion shows of friction
             identify("lugre", moving, friction, known, damping)
     if lean:

@@ -99,6 +99,8 @@ def _powers(axis: int, frequencies: Real, angle: Real, rest: Real, radius: float
 
 BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)
 """Angles around a reversal that the geometry leaves out: before it, after it at first, after it at most [rad]."""
+RISES = 3e-3
+"""Speed of an axis [m/s] below which its friction rises before a reversal: the loop errs then as it does by backlash."""
 FADES = np.radians(np.geomspace(0.7, 14.0, 13))  # Angles in which the tail of a glitch may fade to a third [rad]
 STEPS = 6  # Largest number of steps to fit the shape of the tails
 MIDDLE = np.array([float(np.log(FADES).mean()), 0.0])
@@ -174,11 +176,12 @@ def columns_of(tested: Revolutions, n: int, many: int, lines: Sequence[Periodic]
 
 
 def quiet(tested: Revolutions, behind: Mapping[str, float]) -> Mask:
-    """Return the samples outside the glitches."""
+    """Return the samples outside the glitches, and outside the rise of friction before them."""
+    before = np.clip(np.arcsin(min(RISES / tested.test.feed, 1.0)), BEFORE, 7.5 * BEFORE)
     good = np.ones(len(tested.angle), bool)
     for n, name in enumerate(QUADRANTS):
         phi = (tested.test.direction * (tested.angle - n * pi / 2) + pi) % (2 * pi) - pi
-        good &= (phi < -BEFORE) | (phi > behind[name])
+        good &= (phi < -before) | (phi > behind[name])
     return good
 
 

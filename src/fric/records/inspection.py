@@ -17,6 +17,7 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.records.flaws import GAP, Transmission, clock_flaws, foreign_compensation, stroke_flaws, transmission_of
 from fric.records.holding import HoldingMap, holding_map, holds
+from fric.records.motion import find_reversals
 from fric.records.over_strokes import over_place
 from fric.records.recognition import LOOP_SHARE, Sine, Staircase, force_rises, recognised_kind, turns_of
 from fric.records.resolution import STUCK, clipped_samples, counts, encoder_step
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 STEPS = 3.0  # Least amplitude in encoder steps to show pre-sliding
 RESOLVED = 4.0  # Least distance in encoder steps of a knot from the reversal, and from the previous knot
+SWINGING = 5.0  # Least ratio of reversals of the position to those of its reference at which the loop swings
 SAMPLES = 3  # Least number of samples after a reversal that show a stiffness
 SATURATED = 0.05  # Least slope of a branch, relative to its mean slope, under which it has reached its plateau
 RISES = 0.2  # The same for logged branches, which include viscous friction: above it they surely have no plateau
@@ -444,7 +446,7 @@ def inspect(record: Record, *, flaws: bool = True) -> Inspected:
         seen = resolved_travel(log.position, reversals) / stroke if stroke else 0.0  # where the reference alone moves
     kicked = any(notice.code == FOREIGN_COMPENSATION.code for notice in warnings)
     gms = Use("gms", False, "the control compensates friction at reversals") if kicked else None
-    gms = gms or _too_slow(log, rises) or _gms_use(found, seen, stairs)
+    gms = gms or _swings(log, reversals) or _too_slow(log, rises) or _gms_use(found, seen, stairs)
     return replace(found, uses=(_static_use(found), gms, _plant_use(found)))
 
 
@@ -524,6 +526,15 @@ def _gms_use(found: Inspection, seen: float, stairs: Staircase | None) -> Use:
     if found.slope is not None and found.slope > RISES:
         text += "; none of them slides: F_s takes `static=`, or a larger amplitude"
     return Use(purpose, True, text)
+
+
+def _swings(log: Log, reversals: Indices) -> Use | None:
+    """Return why a log shows no pre-sliding, if the axis swings about a slow reference; else None."""
+    asked = 0 if log.reference is None else len(find_reversals(log.reference))
+    if asked < 2 or len(reversals) < SWINGING * asked:
+        return None
+    frequency = 0.5 / float(np.median(np.diff(log.time[reversals])))
+    return Use("gms", False, f"the axis swings at {frequency:.0f} Hz about its slow reference: log it at a lower K_p")
 
 
 def _too_slow(log: Log, rises: list[tuple[float, int, float]]) -> Use | None:

@@ -33,6 +33,7 @@ RELATIVE = 0.01  # Distance from the chord, as a share of the travel, that still
 GRAIN = 2.0**-20  # Share of the resolution that distances are rounded to
 SWINGS = 0.03  # Root mean square of the velocity about its mean, over that mean, above which a stroke swings
 ENOUGH = 4096  # Number of samples searched for a swing; of more, means are used
+ASKED = 0.1  # Travel of the reference over that of the position below which the axis is at rest, and creeps
 SHORTEST = 16  # Least number of samples, and of encoder counts, in a segment
 
 
@@ -231,7 +232,8 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
         return [], []
     path = path_of(log)
     pieces = [piece for piece in _joined(path, _split(path)) if piece[1] - piece[0] >= SHORTEST]  # each along a chord
-    kept = (trimmed(path, *trimmed(path, *piece)) for piece in pieces)
+    creeps = {piece for piece in pieces if _creeps(log, path, *piece)}
+    kept = (trimmed(path, *trimmed(path, *piece)) for piece in pieces if piece not in creeps)
     found = [segment for piece in kept if (segment := _accepted(path, *piece)) is not None]
     moves = [
         (start, stop, abs(path.travel(start, stop)), path.explained(stop - start), log.time[stop - 1] - log.time[start])
@@ -239,13 +241,21 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
     ]
     while found and not all(lasting := _lasts(found, np.array(moves), len(log))):
         found.remove(min((segment for segment, lasts in zip(found, lasting, strict=True) if not lasts), key=len))
-    rests = [(start, stop) for start, stop, travel, rest, _ in moves if travel <= rest]
+    rests = [(start, stop) for start, stop, travel, rest, _ in moves if travel <= rest or (start, stop) in creeps]
     if log.force is not None:
         force = log.force
         pairs = zip_longest(found, found[1:])
         found = [segment for segment, later in pairs if later is None or not _leads_into(path, force, segment, later)]
         found = [_settled(path, force, segment, found) for segment in found]
     return found, rests
+
+
+def _creeps(log: Log, path: Path, start: int, stop: int) -> bool:
+    """Return whether a piece moves while the reference, which moves elsewhere, stays: the axis settles."""
+    r, z = log.reference, path.position
+    if r is None or np.ptp(r) < 0.5 * np.ptp(z):
+        return False
+    return bool(np.ptp(r[start:stop]) < ASKED * abs(path.travel(start, stop)))
 
 
 def _accepted(path: Path, start: int, stop: int) -> Segment | None:

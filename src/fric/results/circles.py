@@ -81,7 +81,8 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
             rows.append(row)
         sense = "both directions" if len(found.tests) > 1 else circle_findings.SENSES[test.direction]
         of = f"circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
-        return Table(columns, rows, f"{of}, {sense}, {sum(test.count for test in found.tests)} revolutions")
+        turns = sum(test.count for test in found.tests)
+        return Table(columns, rows, f"{of}, {sense}, {turns} revolution{'s' * (turns != 1)}")
 
     def causes(self) -> Table:
         """Return the deviation of the radius by each cause, the largest first, with its share of the sum.
