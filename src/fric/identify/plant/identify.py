@@ -1055,6 +1055,7 @@ def _friction_seen(fit: ResponseFit) -> float | None:
 
 UNEVEN = 0.05  # Share of the viscous friction by which directions differ from their mean, above which it is warned of
 REST = 0.05  # Share of the largest speed below which the axis rests or creeps, and the force does not show friction
+ONE_WAY = 0.02  # Travel of a motion one way over that the other way below which it goes one way
 RESTS = 0.1  # Share of such samples above which they are left out; without a filter they always are
 FEWEST = 30  # Least number of samples of a fit
 
@@ -1275,14 +1276,19 @@ def _observations(record: Prepared, settings: Conditioning, direction: str) -> R
 
 
 def _refuse_rank(X: Real, names: Sequence[str], log: Log) -> None:
-    """Refuse a motion along which two terms are collinear, for any units of the columns."""
+    """Refuse a motion along which two terms are collinear, for any units of the columns, or that goes one way.
+
+    Along one way F_c and the offset are one force: the few samples of an overshoot would tell them apart.
+    """
     size = np.linalg.norm(X, axis=0)
+    velocity = X[:, [name.startswith("F_v") for name in names]]
+    travel = [np.maximum(sign * velocity, 0.0).sum() for sign in (1.0, -1.0)]
     dead = [name for name, norm in zip(names, size, strict=True) if norm == 0]
     if dead:
         raise FricError(
             f"the motion does not excite {', '.join(dead)}", where=log.where, hint="Log a motion in both directions."
         )
-    if np.linalg.cond(X / size) > CONDITION:
+    if np.linalg.cond(X / size) > CONDITION or min(travel) < ONE_WAY * max(travel):
         raise FricError(
             "the motion does not separate mass, viscous and Coulomb friction",
             where=log.where,
