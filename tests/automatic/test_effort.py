@@ -275,6 +275,16 @@ def test_a_response_to_the_effort_alone_shows_the_mass(late: float) -> None:
     assert not {"response-misfit", "A-open", "A-holds-viscous", "K_f-missing"} & {n.code for n in found.warnings}
 
 
+def test_the_delay_of_a_logged_effort_can_be_given() -> None:
+    """`--delay` was refused beside a response, and the hint was to give it."""
+    given = fric.identify_plant(multisine("linear/A/A"), delay="0.65 ms")
+    assert float(given.T_d) == float(given.fit.estimates["force_lag"]) == 0.65e-3
+    assert not given.T_d.assumed
+    assert "T_d-assumed" not in {notice.code for notice in given.warnings}
+    with pytest.raises(FricError, match="goes with the other method"):  # which shows it, in volts
+        fric.identify_plant("data/frequency-response.h5", delay="0.65 ms")
+
+
 def test_a_force_alone_is_the_input_of_a_response(tmp_path: Path) -> None:
     """A multisine of the current alone passed for strokes at constant velocity."""
     write_logs(tmp_path / "log.h5", [multisine()])

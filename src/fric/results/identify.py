@@ -68,7 +68,7 @@ from fric.results.kinds import (
 )
 from fric.series import doubles, require_plausible
 from fric.simulate.spread import closed_intervals, draw_friction, friction_intervals
-from fric.units import Motion, readable, short_of_1, si_unit
+from fric.units import Motion, is_effort, readable, short_of_1, si_unit
 from fric.verb import Kind, refused, useless, verb
 
 
@@ -225,7 +225,7 @@ def identify_plant(
     segment: Length of Welch's segments, without a period.
     hold: Rate of the hold before the plant, as "4 kHz"; auto: the rate of a record, none for a table.
     direction: Common friction and an offset, or friction for each direction.
-    delay: T_d, which a motion does not show, as "0.65 ms": delay of the force behind its log.
+    delay: T_d, which neither a motion nor a logged current shows, as "0.65 ms": delay of the force behind its log.
     cutoff: Corner of the zero-phase filter.
     decimation: Keep every N-th sample.
     border: Samples left out at the start.
@@ -235,8 +235,9 @@ def identify_plant(
     wanted, records = plant_records(given, None if method == "auto" else method)
     of_motion = {"delay": delay, "cutoff": cutoff, "decimation": decimation, "border": border}
     of_response = {"lowest": lowest, "highest": highest, "period": period, "segment": segment}
-    useless(f"the other method, and this is by {wanted}", **(of_response if wanted == "motion" else of_motion))
     motion, in_time = records[0].motion, [record for record in records if isinstance(record, Log)]
+    of_motion = {name: given for name, given in of_motion.items() if name != "delay" or not is_effort(motion)}
+    useless(f"the other method, and this is by {wanted}", **(of_response if wanted == "motion" else of_motion))
     doubtful = settled(of_logs(in_time))
     K_f, weight = quantity(force_constant, "force per input", motion), quantity(mass, "mass", motion)
     if wanted == "motion":
@@ -252,6 +253,7 @@ def identify_plant(
         band=(quantity(lowest, "frequency") or 0.0, quantity(highest, "frequency") or float("inf")),
         period=quantity(period, "time"), segment=quantity(segment, "time"), given_force_constant=K_f, mass=weight,
         strokes=[log for log in given if isinstance(log, Log) and kind_of(log) == "constant-velocity"],
+        delay=quantity(delay, "time"),
     )  # fmt: skip
     return _plausible(PlantResult(fit, records), doubtful)
 

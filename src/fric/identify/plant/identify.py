@@ -686,6 +686,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     given_force_constant: float | None = None,
     mass: float | None = None,
     strokes: Sequence[Log] = (),
+    delay: float | None = None,
 ) -> PlantFit:
     """Fit A, B and T_d of eq. (1) to one or more frequency responses of one axis.
 
@@ -698,6 +699,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     given_force_constant: K_f [N/V], where no force was logged.
     mass: Moving mass [kg], where the user knows it: K_f/B is checked against it, or K_f taken from it.
     strokes: Records at constant velocity, which determine K_f where no record of a response has a force.
+    delay: T_d [s] of a logged effort, which its response does not show.
     Raises FricError: When a record gives no response, too few lines are certain, or the sign of input or position is
         wrong.
     """
@@ -724,7 +726,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     rate = min((fit.hold for fit in fits if fit.hold is not None), default=None)
     estimates = solution.estimates(motion)
     if is_effort(motion):
-        estimates |= effort_estimates(motion, seen=estimates["T_d"])
+        estimates |= effort_estimates(motion, delay, estimates["T_d"])
         scale = ForceScale(estimates["K_f"])
     else:
         scale = force_scale(logs, given_force_constant, motion, period=period, segment=segment, strokes=strokes)
@@ -1314,7 +1316,7 @@ def effort_estimates(motion: Motion, delay: float | None = None, seen: Estimate 
     """
     loop = Estimate(OF_EFFORT, si_unit("time", motion), assumed=True)
     T_d = loop if delay is None else replace(loop, value=delay, assumed=False, fixed=True)
-    T_d = seen if seen is not None and float(seen) > float(loop) else T_d
+    T_d = seen if seen is not None and delay is None and float(seen) > float(loop) else T_d
     A, K_f = (Estimate(x, si_unit(d, motion), fixed=True) for x, d in ((0.0, "rate"), (1.0, "force per input")))
     return {"A": A, "T_d": T_d, "K_f": K_f, "force_lag": T_d}
 
