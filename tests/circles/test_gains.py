@@ -96,12 +96,12 @@ def test_a_voltage_that_no_cascade_gives_is_refused(test_circle: tuple[str, Meas
     x = test.axes["x"]
     assert x.input is not None
     assert x.reference is not None
-    for given, why in (
+    for refused, why in (
         (changed(test, input=np.random.default_rng(0).normal(0.0, 1.0, len(x.input))), "no cascade gives"),
         (replace(test, scheme="f"), "without compensation"),
     ):
         with pytest.raises(FricError, match=why):
-            controller_of(given, "x")
+            controller_of(refused, "x")
 
 
 def test_a_machine_of_one_axis_is_simulated_as_one_and_judged_by_its_own_reversals() -> None:
@@ -118,8 +118,8 @@ def test_the_result_is_a_controller_file_that_others_take(tmp_path: Path) -> Non
     found.save(tmp_path / "controller.yaml")
     values = {"A": "11 1/s", "B": "3.1 m/(s^2*V)", "T_d": "0.6 ms", "K_f": "150 N/V"}
     plant = PlantDocument.model_validate({"fric": "plant/1", "axis": "y", **values})
-    for given in (found, tmp_path / "controller.yaml"):
-        assert fric.design_observer(plant, controller=given).design.cascade.K_p == pytest.approx(101.3, rel=0.01)
+    for known in (found, tmp_path / "controller.yaml"):
+        assert fric.design_observer(plant, controller=known).design.cascade.K_p == pytest.approx(101.3, rel=0.01)
 
 
 @pytest.mark.parametrize("samples", [600, 4000, 40_000])

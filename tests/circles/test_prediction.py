@@ -277,3 +277,23 @@ def test_a_scheme_that_is_often_unstable_is_not_trusted():
     told = predicted_of(Many(study=study, quadrants=signed, glitches=np.abs(signed).max(axis=2)))
     assert told.schemes["d"].unstable == pytest.approx(0.2)
     assert [why.code for why in told.schemes["d"].why] == ["scheme-unstable"]
+
+
+def test_the_interval_of_a_scheme_that_was_measured_holds_the_measured_glitch():
+    """Of a session (a) was "at most 40.0 µm", and its circle had 41.6: no machine that is drawn is the real one."""
+    machine = fric.read_machine("xy-table")
+    study = SimpleNamespace(machine=machine, only=None, schemes=[PAPER_SCHEMES["a"]], circle=CIRCLE, discrepancies={})
+    signed = np.full((10, 1, 4), 5e-6) * np.linspace(0.99, 1.01, 10)[:, None, None]
+
+    class Many(SimpleNamespace):
+        def __len__(self):
+            return 10
+
+    many = Many(study=study, quadrants=signed, glitches=np.abs(signed).max(axis=2))
+    without = predicted_of(many).schemes["a"]
+    seen = predicted_of(many, seen={"a": {"+x": 4e-6, "+y": 8e-6, "-x": 5e-6, "-y": 5e-6}}).schemes["a"]
+    assert without.under < 6e-6
+    assert seen.glitch == without.glitch
+    assert seen.under == seen.ci95[1] == seen.axes["y"][1] == seen.quadrants["+y"][1] == 8e-6
+    assert seen.axes["x"] == without.axes["x"]
+    assert seen.quadrants["+x"][0] == 4e-6

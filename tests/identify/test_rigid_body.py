@@ -222,7 +222,6 @@ def test_a_way_forth_with_an_overshoot_does_not_tell_coulomb_friction_from_the_o
     assert low < F_C < high
 
 
-
 def test_a_reversed_force_is_told() -> None:
     log = motion()
     fit = identify_motion([Log(log.time, position=log.position, force=-log.force)])

@@ -67,9 +67,12 @@ def predicted(
     measured: Sequence[str] = (),
     distrust: Sequence[Notice] = (),
     of_schemes: Mapping[str, Sequence[Notice]] | None = None,
+    seen: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Prediction:
     """Return the predictions of schemes on a circle, from the machines drawn from what was identified.
 
+    seen: By scheme and quadrant, the glitch that was measured on this circle [m]: the intervals hold it, for no
+        machine that is drawn has all of a real one.
     of_schemes: Reasons not to trust a single scheme, by scheme.
     """
     study = many.study
@@ -90,11 +93,16 @@ def predicted(
         size = np.abs(ran)
         glitch = size.max(axis=1)
         ends = {name: size[:, k::2].max(axis=1) for k, name in enumerate(names) if name in axes}
-        low, high = _between(glitch, step)
+        was = (seen or {}).get(scheme.name, {})
+        largest = {name: sorted(abs(was[q]) for q in QUADRANTS[k::2] if was)[-1:] for k, name in enumerate(names)}
+        most = sorted(size for name in axes for size in largest[name])[-1:]
+        low, high = _between(glitch, step, most)
+        under = max(min(_quantile(glitch, 0.95) + step / 2, high), *most, 0.0)
+        of_axes = {name: _between(size, step, largest[name]) for name, size in ends.items()}
         schemes[scheme.name] = Predicted(
-            float(np.median(glitch)), (max(low, 0.0), high), min(_quantile(glitch, 0.95) + step / 2, high),
-            {name: _between(ran[:, k], step) for k, name in enumerate(QUADRANTS)},
-            {name: (max(found[0], 0.0), found[1]) for name, found in ((a, _between(s, step)) for a, s in ends.items())},
+            float(np.median(glitch)), (max(low, 0.0), high), under,
+            {name: _between(ran[:, k], step, [was[name]] if was else []) for k, name in enumerate(QUADRANTS)},
+            {name: (max(low, 0.0), high) for name, (low, high) in of_axes.items()},
             failed, tuple(dict.fromkeys([*distrust, *why])), tuple(why),
         )  # fmt: skip
     return Prediction(
@@ -103,13 +111,13 @@ def predicted(
     )  # fmt: skip
 
 
-def _between(values: Real, step: float) -> Interval:
-    """Return the 95 % interval of drawn values, at least an encoder step wide."""
+def _between(values: Real, step: float, seen: Sequence[float] = ()) -> Interval:
+    """Return the 95 % interval of drawn values, at least an encoder step wide, that holds what was seen."""
     if not np.all(np.isfinite(values)):
         return inf, inf
     low, high = (_quantile(values, share) for share in (0.025, 0.975))
     more = ENDS * (high - low) + step / 2
-    return low - more, high + more
+    return min(low - more, *seen, inf), max(high + more, *seen, -inf)
 
 
 def _quantile(values: Real, share: float) -> float:

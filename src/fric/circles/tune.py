@@ -88,6 +88,13 @@ class LeftOver:
             axes[name] = replace(axis, friction=completed(axis.friction, [_left(log, axis) for log in records], share))
         return replace(machine, axes=axes)
 
+    def seen(self, circle: Circle) -> dict[str, dict[str, float]]:
+        """Return the measured glitch at each quadrant of a circle of this radius and feed [m], by scheme."""
+        return {
+            test.scheme or "a": dict(zip(QUADRANTS, measured_quadrants(test), strict=True)) for test in self.tests
+            if np.allclose((test.radius, test.feed), (circle.radius, circle.feed), rtol=0.01)
+        }  # fmt: skip
+
 
 SPAN = 21  # Number of neighbouring travels whose mean residual force is kept, whatever its noise: 6 mm
 

@@ -488,8 +488,9 @@ class KnownMachine:
         whole = self.left(study.machine) if self.left else study.machine
         records = [record for group in self.left.records.values() for record in group] if self.left else []
         measured, unused = ([test.where for test in self.left.tests], ()) if self.left else ((), self.unused)
+        seen = self.left.seen(study.circle) if self.left else {}
         return predicted(
             many, widened=self.identified.widened, measured=measured,
             distrust=(*unused, *distrusts(whole, notices, self.tests, records, study.circle)),
-            of_schemes=observers_distrust(study.schemes, notices),
+            of_schemes=observers_distrust(study.schemes, notices), seen=seen,
         )  # fmt: skip
