@@ -67,8 +67,9 @@ def next_feedforward(
     from scipy.signal import sosfiltfilt
 
     dt = float(t[1] - t[0])
-    if how.bandwidth * dt >= 0.5:
-        raise FricError(f"{how.bandwidth:g} Hz are not below half the sampling", hint="Learn up to a few hundred Hz.")
+    if not 1.0 <= how.bandwidth * dt * len(t) < 0.5 * len(t):
+        what = f"{how.bandwidth:g} Hz are not between one period of the record and half its sampling"
+        raise FricError(what, hint="Learn up to a few hundred Hz.")
     sections = low_pass(how.bandwidth, 1 / dt)
     slow = sosfiltfilt(sections, error)
     rate = np.gradient(slow, t)

@@ -295,8 +295,9 @@ class GainsResult(Identified):
         return {"controller": {name: self.document[name] for name in self.found.estimates}}
 
     def report(self) -> list[Piece]:
-        """Return the gains, and how much of the voltage they explain."""
-        how = "as it says" if self.found.explained is None else f"{self.found.explained:.2%} of the voltage explained"
+        """Return the gains, and how much of the voltage, or other effort, they explain."""
+        given = "input" if is_effort(self.motion) else "voltage"
+        how = "as it says" if self.found.explained is None else f"{self.found.explained:.2%} of the {given} explained"
         how += "; K_v and K_i/K_p may be exchanged: the loop is the same" * self.found.swapped
         if self.found.late:
             how += f"; it answers {readable(self.found.late, 's')} after it measures: add that to T_d"
@@ -608,7 +609,7 @@ def identify_model(
 
     model: Name of the model: lugre, dahl, gms, ….
     fix: A parameter that is not fitted: 'n=1'. Several in a list, or by name.
-    free: Fit a parameter that is held by default: delta.
+    free: Fit a parameter that is held by default: delta of LuGre and other models with a static map, n of Dahl.
     Raises FricError: When there is no such model or parameter, or no sample to compare.
     """
     fitted_model(model)
