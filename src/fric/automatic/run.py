@@ -173,10 +173,10 @@ def find_gains(
 
 
 def _are_known(file: Path) -> bool:
-    """Return whether the gains in a file have intervals that bound them; K_v and K_i hold both orders at times."""
+    """Return whether the gains in a file have intervals that bound them."""
     gains = read_document(file, ControllerDocument)
-    limits = {name: getattr(gains, name).ci95 or (1.0, 1.0) for name in ("K_v", "K_p", "K_i")}
-    return all(low and high and high < (2.0 if name == "K_p" else 10.0) * low for name, (low, high) in limits.items())
+    limits = [getattr(gains, name).ci95 or (1.0, 1.0) for name in ("K_v", "K_p", "K_i")]
+    return all(low and high and high < 2.0 * low for low, high in limits)
 
 
 def _rate(file: Path) -> float:
