@@ -133,13 +133,13 @@ def find_gains(
     if (text := stated.texts.get(axis, stated.texts.get(""))) is not None:
         session.write(gains_of(text, axis, motion), typed)
         return typed
-    shown: Path | None = None
+    shown, slow = None, False  # the file of a circle's gains, and whether it is slower than the controller
     rates = [rate for log in found.logs for rate in log.rates if rate < 4e4]  # what is faster, a recorder samples
 
-    def sampled(*slow: float) -> dict[str, str]:  # a controller is as fast as the fastest voltage that is logged
+    def sampled(*logged: float) -> dict[str, str]:  # a controller is as fast as the fastest voltage that is logged
         if rate is not None:
             return {"sampling": f"{rate!r} Hz"}
-        return {"sampling": f"{max(rates):.6g} Hz"} if rates and 1.5 * min(slow) < max(rates) else {}
+        return {"sampling": f"{max(rates):.6g} Hz"} if rates and 1.5 * min(logged) < max(rates) else {}
 
     options = {"axis": axis} | ({"motion": motion} if is_effort(motion) else {})
     for path, test in ((file, test) for file in found.circles for test in choose_circles([file])):
@@ -147,12 +147,13 @@ def find_gains(
         driven_by = None if trace is None else test.of_effort({axis: motion}).axes[axis].input
         if trace is None or driven_by is None or trace.reference is None or test.scheme not in ("", "a"):
             continue
-        at = sampled(len(trace.time) / float(trace.time[-1] - trace.time[0]))
+        at = sampled(logged := len(trace.time) / float(trace.time[-1] - trace.time[0]))
+        slow = 1.5 * logged < (rate or max(rates, default=0.0))
         if session.take(step(f"{axis}: gains", "identify controller", [path], options | at, output=made)):
             shown = made
             break
     driven = [log.path for log in logs if log.driven]
-    if shown and _are_known(shown):
+    if shown and _are_known(shown, 2.0 if slow else 10.0):
         return shown
     if driven and (shown or needed or is_effort(motion) or any("motion" in log.kinds for log in logs)):
         of_logs = made if shown is None else made.with_stem("controller-of-logs")
@@ -172,11 +173,14 @@ def find_gains(
     return None
 
 
-def _are_known(file: Path) -> bool:
-    """Return whether the gains in a file have intervals that bound them."""
+def _are_known(file: Path, most: float) -> bool:
+    """Return whether the gains in a file have intervals that bound them.
+
+    most: Largest ratio of the limits of K_v and K_i, which may hold both orders of the two: the loop is the same.
+    """
     gains = read_document(file, ControllerDocument)
-    limits = [getattr(gains, name).ci95 or (1.0, 1.0) for name in ("K_v", "K_p", "K_i")]
-    return all(low and high and high < 2.0 * low for low, high in limits)
+    limits = {name: getattr(gains, name).ci95 or (1.0, 1.0) for name in ("K_v", "K_p", "K_i")}
+    return all(low and high and high < (2.0 if name == "K_p" else most) * low for name, (low, high) in limits.items())
 
 
 def _rate(file: Path) -> float:

@@ -456,7 +456,8 @@ class _Fit:
         partly = all(by < share < 1.0 - by for share, by in zip(fed, least, strict=True))  # else all or none is fed
         shares = [(share,) if partly else (0.0, 1.0) for share in fed]
         apart, second = self._apart(found, shares[0]), self._apart(other, shares[1])
-        self.swapped = alike = max(apart, second) < SURE_ORDER * min(apart, second)
+        full = not partly and all(self._apart(order, (1.0,)) < self._apart(order, (0.0,)) for order in (found, other))
+        self.swapped = alike = full or max(apart, second) < SURE_ORDER * min(apart, second)
         first = found[0] >= other[0] if alike else apart <= second
         found, other = (found, other) if first else (other, found)
         rest = self.rest(found)
