@@ -506,7 +506,8 @@ class _Fit:
         rows = [[-0.5, 0.0, 0.5, 0.0], [0.5, 0.0, 0.5, 0.0], [1.0 - share, 0.0, 0.0, -share],
                 [-0.5, 1.0 + lost, -0.5 - lost, lost]]  # fmt: skip
         taken = np.array(rows)[:, : 3 + filtered]  # of log m, log m·D, log K_p without K_i, log cosh h
-        of_m, of_product, of_gain, of_cosh = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", taken, covariance, taken))
+        variances = np.maximum(np.einsum("ij,jk,ik->i", taken, covariance, taken), 0.0)  # which rounding can undo
+        of_m, of_product, of_gain, of_cosh = 1.96 * np.sqrt(variances)
         h = 0.5 * abs(float(np.log(K_v * D / K_i)))
         log_cosh = np.logaddexp(h, -h) - np.log(2.0)
         low, high = np.arccosh(np.exp(np.clip([log_cosh - of_cosh, log_cosh + of_cosh], 0.0, 99.0)))
