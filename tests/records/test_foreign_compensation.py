@@ -43,7 +43,7 @@ def drawn(machine: str, seed: int) -> list[Log]:
     settings = {"loops": 2, "ramp": 0.05, "dwell": 0.2} if seed % 3 == 0 else {"cycles": 2} if seed % 3 == 1 else {}
     if seed % 3 == 2:
         settings = {"speeds": (float(10 ** rng.uniform(-4, -2)),)}
-    trial = Planned(kind, settings, "").trials(axis)[-1]
+    (*_, trial) = Planned(kind, settings, "").trials(axis)
     if seed % 3 == 2:  # a single kick is none
         one = trial.reference
         parts = {name: np.tile(getattr(one, name), 3) for name in ("position", "velocity", "acceleration")}

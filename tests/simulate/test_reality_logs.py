@@ -1,10 +1,12 @@
 """Flaws of the log: what a drive's trace makes of a motion, held against the same motion without them."""
 
+import weakref
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from scipy.signal import freqz
 
 from fric.documents.machine_files import read_machine
@@ -13,6 +15,7 @@ from fric.drive.sensing import Encoder, low_pass_pole
 from fric.errors import FricError
 from fric.kernels.sensing import read
 from fric.log import Log
+from fric.simulate.axis import run_axis
 from fric.simulate.experiment import constant_velocity, experiment, frequency_response, presliding_sine
 from fric.simulate.reality.flaws import Clock, ForceChannel, Interpolation, NoiseColour, Reality
 from fric.simulate.reality.motion import sensing_of
@@ -38,6 +41,29 @@ def ratio(log: Log, plain: Log, channel: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 PLAIN = excited(Reality())
+
+
+def test_a_long_run_is_read_between_its_samples_as_by_a_spline_through_all_of_them():
+    rng = np.random.default_rng(7)
+    run = np.cumsum(rng.normal(size=2_300_000)) * 1e-6
+    at = np.sort(rng.uniform(0, len(run) - 1, 3000))
+    whole = CubicSpline(np.arange(len(run)), run)(at)
+    np.testing.assert_allclose(_between(run, at), whole, rtol=0, atol=1e-15 * np.abs(run).max())
+    read = _between(run, at, lambda places: 0.5 * np.interp(places, [0, len(run)], [0, 1e-3]))
+    np.testing.assert_allclose(read, whole, rtol=0, atol=1e-14 * np.abs(run).max())
+
+
+def test_a_run_is_let_go_before_the_next(monkeypatch):
+    made: list[weakref.ref] = []
+
+    def run(axis, *arguments, **settings):
+        assert not any(earlier() for earlier in made)
+        trace = run_axis(axis, *arguments, **settings)
+        made.append(weakref.ref(trace))
+        return trace
+
+    monkeypatch.setattr("fric.simulate.experiment.run_axis", run)
+    assert len(presliding_sine(IDEAL, amplitudes=[15e-6, 30e-6, 45e-6], frequency=1.0, cycles=1)) == len(made) == 3
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.25e-3, 0.6e-3, 1e-3])

@@ -1,5 +1,6 @@
 """Records of a virtual drive."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -87,10 +88,10 @@ def experiment(
     return Records(made)
 
 
-def _trials(plan: Any, axis: Axis) -> list[Trial]:
+def _trials(plan: Any, axis: Axis) -> Iterator[Trial]:
     if isinstance(plan, str | Path) and Path(plan).is_dir():
         plan = Path(plan) / "plan.yaml"
     from fric.documents.plan import PlanDocument  # it loads what plans and simulates
 
     document = document_of(PlanDocument, plan, (axis.name, axis.motion), "machine")
-    return [trial for record in document.planned() for trial in record.trials(axis)]
+    return (trial for record in document.planned() for trial in record.trials(axis))

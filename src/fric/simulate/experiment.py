@@ -65,22 +65,24 @@ def runs_of(axis: Axis, trials: Iterable[Trial], accuracy: float = 0.0) -> Itera
 
 def logs_of(axis: Axis, trials: Iterable[Trial], seed: int = 0) -> Iterator[Log]:
     """Run trials one after the other, and yield the log of each."""
-    for trial, run in runs_of(axis, trials):
-        yield trial.log(axis, run, seed)
+    began = 0.0
+    for trial in trials:
+        yield trial.log(axis, trial.run(axis, began), seed)  # a run is let go before the next: each takes up to 1 GB
+        began += len(trial.reference) / trial.reference.sampling
 
 
 @dataclass(frozen=True)
 class Experiment:
     """An experiment: called with an axis, a seed and its settings it returns the records; `trials` plans them alone."""
 
-    trials: Callable[..., list[Trial]]  # The requested motion, one trial a record, by the settings
+    trials: Callable[..., Iterator[Trial]]  # The requested motion, one trial a record, by the settings
 
     def __call__(self, axis: Axis, *, seed: int = 0, **settings: object) -> list[Log]:
         """Return the records of the axis, which begins at rest."""
         return list(logs_of(axis, self.planned(axis, seed, **settings), seed))
 
-    def planned(self, axis: Axis, seed: int = 0, **settings: object) -> list[Trial]:
-        """Return the trials of an axis, with the seed for those that draw."""
+    def planned(self, axis: Axis, seed: int = 0, **settings: object) -> Iterator[Trial]:
+        """Yield the trials of an axis, with the seed for those that draw."""
         drawn = {"seed": seed} if "seed" in signature(self.trials).parameters else {}
         return self.trials(axis, **drawn, **settings)
 
@@ -105,8 +107,8 @@ def constant_velocity(
     ramp: float = 0.1,
     repeats: int = 1,
     samples: int = 4096,
-) -> list[Trial]:
-    """Return one record a speed: a stroke, a rest, and the stroke back.
+) -> Iterator[Trial]:
+    """Yield one record a speed: a stroke, a rest, and the stroke back.
 
     speeds: Speeds [m/s].
     distance: Least length of a stroke at its speed [m]: long enough to leave pre-sliding behind.
@@ -120,7 +122,8 @@ def constant_velocity(
         for speed in repeats * tuple(speeds)
     )
     kind: Kind = "constant-velocity"
-    return [Trial(motion, f"{kind}-{n:02d}", kind, samples) for n, motion in enumerate(motions, 1)]
+    for n, motion in enumerate(motions, 1):
+        yield Trial(motion, f"{kind}-{n:02d}", kind, samples)
 
 
 @Experiment
@@ -131,8 +134,8 @@ def presliding_sine(
     frequency: float = 0.1,
     cycles: int = 5,
     samples: int = 4096,
-) -> list[Trial]:
-    """Return one record an amplitude: whole cycles of a slow sine, logged once it has run in.
+) -> Iterator[Trial]:
+    """Yield one record an amplitude: whole cycles of a slow sine, logged once it has run in.
 
     amplitudes: Amplitudes [m].
     frequency: Frequency [Hz], low enough that inertia does not matter.
@@ -140,7 +143,8 @@ def presliding_sine(
     """
     motions = (sine(amplitude, frequency, cycles, axis.cascade.sampling) for amplitude in amplitudes)
     kind: Kind = "presliding-sine"
-    return [Trial(motion, f"{kind}-{n:02d}", kind, samples, 1 / frequency) for n, motion in enumerate(motions, 1)]
+    for n, motion in enumerate(motions, 1):
+        yield Trial(motion, f"{kind}-{n:02d}", kind, samples, 1 / frequency)
 
 
 @Experiment
@@ -153,15 +157,15 @@ def micro_steps(
     ramp: float = 0.25,
     dwell: float = 0.25,
     samples: int = 16384,
-) -> list[Trial]:
-    """Return one record of small steps up and down before sliding, as a machine without a slow sine makes them.
+) -> Iterator[Trial]:
+    """Yield one record of small steps up and down before sliding, as a machine without a slow sine makes them.
 
     step: Size of a step [m].
     steps, loops: Steps from one end to the other, and how many times there and back.
     ramp, dwell: Time that a step takes, and rest after it [s].
     """
     motion = staircase(step, steps, loops, axis.cascade.sampling, ramp=ramp, dwell=dwell)
-    return [Trial(motion, "micro-steps", "micro-steps", samples)]
+    yield Trial(motion, "micro-steps", "micro-steps", samples)
 
 
 @Experiment
@@ -173,15 +177,15 @@ def sliding_sine_around(
     frequency: float = 4.0,
     cycles: int = 20,
     samples: int = 8192,
-) -> list[Trial]:
-    """Return one record of sliding at a velocity that swings around a mean, which shows the frictional lag.
+) -> Iterator[Trial]:
+    """Yield one record of sliding at a velocity that swings around a mean, which shows the frictional lag.
 
     mean, swing: Mean and amplitude of the velocity [m/s].
     frequency: Frequency of the velocity [Hz].
     cycles: Cycles that are logged.
     """
     motion = sliding_sine(mean, swing, frequency, cycles, axis.cascade.sampling)
-    return [Trial(motion, "sliding-sine", "sliding-sine", samples, 2 / frequency, (cycles + 2) / frequency)]
+    yield Trial(motion, "sliding-sine", "sliding-sine", samples, 2 / frequency, (cycles + 2) / frequency)
 
 
 @Experiment
@@ -196,8 +200,8 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
     periods: int = 8,
     ramp: float = 0.1,
     seed: int = 0,
-) -> list[Trial]:
-    """Return one record a peak of a periodic multisine on the control voltage, while the axis slides or rests.
+) -> Iterator[Trial]:
+    """Yield one record a peak of a periodic multisine on the control voltage, while the axis slides or rests.
 
     Sliding one way keeps Coulomb friction constant, so that it stays out of the response; around rest, two peaks show
     what friction adds. The voltage is that of the inverse model for a multisine of equal velocity amplitudes, the same
@@ -237,10 +241,8 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
     voltage[int(end * sampling) :] = 0.0
     kind: Kind = "frequency-response"
     names = [kind] if len(peaks) == 1 else [f"{kind}-{n:02d}" for n in range(1, len(peaks) + 1)]
-    return [
-        Trial(stroke, name, kind, len(stroke), begin, end, peak / peaks[0] * voltage)
-        for name, peak in zip(names, peaks, strict=True)
-    ]
+    for name, peak in zip(names, peaks, strict=True):
+        yield Trial(stroke, name, kind, len(stroke), begin, end, peak / peaks[0] * voltage)
 
 
 def _made(kind: str) -> Experiment:
@@ -317,9 +319,10 @@ class Planned:
     settings: Mapping[str, Setting]  # Its settings, as `fric.simulate.experiment` takes them, in SI
     why: str  # Its purpose
 
-    def trials(self, axis: Axis) -> list[Trial]:
-        """Return the motion of the axis, one trial a record; a circle has two axes, and no trial."""
-        return [] if self.kind == "circle" else _made(self.kind).planned(axis, **dict[str, Any](self.settings))
+    def trials(self, axis: Axis) -> Iterator[Trial]:
+        """Yield the motion of the axis, one trial a record; a circle has two axes, and no trial."""
+        if self.kind != "circle":
+            yield from _made(self.kind).planned(axis, **dict[str, Any](self.settings))
 
     def changed(self, **settings: Setting) -> Self:
         """Return the experiment with other settings."""

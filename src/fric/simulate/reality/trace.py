@@ -19,6 +19,9 @@ from fric.simulate.machine import Axis
 from fric.simulate.reality.flaws import NoiseColour
 from fric.simulate.reality.motion import sensing_of
 
+PIECE = 1_000_000  # Samples of a run that a spline goes through at once: it takes 100 bytes a sample
+FORGOTTEN = 64  # Samples after which a cubic spline has forgotten a value: each leaves 0.27 of it
+
 
 def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: str, kind: Kind, seed: int) -> Log:
     """Log a run as the axis' drive does.
@@ -80,10 +83,18 @@ def _between(values: Real, at: Real, part: Callable[[Real], Real] | None = None)
     at = np.clip(at, 0, len(values) - 1)
     if np.array_equal(at, np.rint(at)):
         return np.asarray(values[at.astype(np.int64)])
-    n = np.arange(len(values), dtype=float)
+    pieces = np.array_split(at, ceil(len(values) / PIECE))
+    return np.concatenate([_splined(values, piece, part) for piece in pieces if len(piece)])
+
+
+def _splined(values: Real, at: Real, part: Callable[[Real], Real] | None) -> Real:
+    """Return values at rising places on the spline through the samples around them: it forgets the others' values."""
+    first, last = max(int(at.min()) - FORGOTTEN, 0), int(at.max()) + FORGOTTEN
+    near = values[first:last]
+    n = np.arange(first, first + len(near), dtype=float)
     if part is None:
-        return np.asarray(CubicSpline(n, values)(at))
-    return np.asarray(CubicSpline(n, values - part(n))(at) + part(at))
+        return np.asarray(CubicSpline(n, near)(at))
+    return np.asarray(CubicSpline(n, near - part(n))(at) + part(at))
 
 
 def _driven(axis: Axis, voltage: Real) -> Callable[[Real], Real]:
