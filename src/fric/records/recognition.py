@@ -29,6 +29,7 @@ LOOP_SHARE = 0.03  # The same for a motion of any other shape, as by hand or dis
 LOOP_OF_STROKES = 0.1
 """The same for a motion back and forth at constant velocity: such short strokes show pre-sliding rather than a map."""
 SWAY = 0.1  # Share of the longest stroke below which a stroke is an overshoot of the control loop, and no branch
+JITTER = 0.03  # The same below which it is the jitter of a loop that hunts for its reference, and no stroke
 RIGID = 0.98  # Share of the force that mass and viscous and Coulomb friction explain, above which these make it rise
 REST = 0.1  # Share of the largest speeds, without the largest fiftieth, up to which an axis may be at rest
 LEAST_REVERSALS = 4  # Least number of reversals of such a motion
@@ -132,7 +133,7 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
     Run-in and end are left out: before the second reversal and after the last; of a motion without reversals, a quarter
     at each end.
     """
-    reversals = find_reversals(position)
+    reversals = _turns(position)
     n = len(position)
     start, stop = (int(reversals[1]), int(reversals[-1]) + 1) if len(reversals) > 3 else (n // 4, n - n // 4)
     if stop - start < 32:
@@ -226,7 +227,15 @@ def turns_of(log: Log) -> tuple[Sine | None, Indices, Staircase | None]:
         stairs = replace(asked, count=visible_step(log.position))
     if stairs is not None:
         return None, stairs.reversals, stairs
-    return fitted_sine(log.time, log.position), find_reversals(log.position), None
+    return fitted_sine(log.time, log.position), _turns(log.position), None
+
+
+def _turns(position: Real) -> Indices:
+    """Return the samples at which a motion reverses, without the jitter of a loop that hunts."""
+    found = find_reversals(position)
+    longest = float(np.abs(np.diff(position[found])).max(initial=0.0))
+    steady = find_reversals(position, threshold=JITTER * longest) if longest else found
+    return min(found, steady, key=len)
 
 
 def force_rise(log: Log, reversals: Indices) -> float | None:

@@ -364,6 +364,7 @@ class MeasuredResponse:
     # for a table.
     reversing: float | None = None
     speed: float | None = None  # Root mean square of v' [m/s]; None for a table
+    sweeps: bool = False  # Whether the axis moves at one frequency at a time
     lines: MeanLines | None = None  # All lines of the excitation's period; None where it has none
     warnings: tuple[Notice, ...] = ()  # Warnings: what the record does not determine
 
@@ -531,9 +532,13 @@ def as_table(record: Log, frequency: Real, G: Complex, deviation: Real, coherenc
     return FrequencyResponse(f, magnitude, np.unwrap(phase), coherence, unknown, **about)
 
 
-def _motion(v: Real) -> tuple[float, float]:
-    """Return the equivalent gain of Coulomb friction along a velocity, and the velocity's deviation from its mean."""
-    around = v - v.mean()
-    if v.min() > 0 or v.max() < 0 or not np.any(around):
-        return 0.0, float(np.std(v))
-    return float(np.mean(around * np.sign(v)) / np.mean(around**2)), float(np.std(v))
+SINE = 0.865  # Mean of a sine's size over its deviation is 0.90, that of normally distributed values 0.80: between them
+STRETCHES = 16  # Stretches of a motion, in each of which a sweep is about a sine
+
+
+def _motion(v: Real) -> tuple[float, float, bool]:
+    """Return the equivalent gain of Coulomb friction along a velocity, its deviation, and whether it is a sweep."""
+    around, stretches = v - v.mean(), [part - part.mean() for part in np.array_split(v, STRETCHES)]
+    sizes = [np.mean(np.abs(part)) / max(float(part.std()), 1e-300) for part in stretches]
+    gain = float(np.mean(around * np.sign(v)) / np.mean(around**2)) if v.min() <= 0 <= v.max() and v.any() else 0.0
+    return gain, float(np.std(v)), bool(np.median(sizes) > SINE)
