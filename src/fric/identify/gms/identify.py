@@ -494,7 +494,8 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
         flaw = REST_RAISES_FRICTION if fit.curve.mismatch > 0 else FRICTION_DIFFERS
         yield flaw.found(by=Estimate(abs(fit.curve.mismatch), newton))
     where, hollow = fit.curve.hollow
-    if hollow > HOLLOW * F_s and not fast:  # inertia makes it hollow too
+    # inertia makes it hollow too, and so does the joint of two records that differ
+    if hollow > max(HOLLOW * F_s, abs(fit.curve.mismatch)) and not fast:
         sizes = {"slip": Estimate(where, metre), "hollow": Estimate(hollow, newton)}
         yield flaws.LOST_MOTION.found(**sizes, share=hollow / F_s)
     if len(fit.curve.cycles) < 2:
