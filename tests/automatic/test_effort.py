@@ -8,7 +8,7 @@ import pytest
 
 import fric
 from fric.automatic.run import gains_of
-from fric.automatic.sources import Source, Sources, find_sources
+from fric.automatic.sources import MOTION, Source, Sources, find_sources
 from fric.automatic.steps import Session, axis_steps, identify_axes, take_efforts
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.documents.friction import FrictionDocument
@@ -296,6 +296,24 @@ def test_a_force_alone_is_the_input_of_a_response(tmp_path: Path) -> None:
     assert [step.command for step in steps] == ["identify plant", "design controller"]
     beside = replace(source, driven=False, motion="linear/A")  # another log has the voltage: it takes its response
     assert not axis_steps([beside], tmp_path / "out").steps
+
+
+def test_a_response_gives_the_plant_before_the_motion_in_it_does(tmp_path: Path) -> None:
+    """Tried as a motion alone, a chirp around rest "does not show the mass", and no circle was predicted."""
+    write_logs(tmp_path / "log.h5", [multisine()])
+    uses, taken = frozenset({"plant", MOTION}), []
+    source = Source(
+        tmp_path / "log.h5", "x", "linear/A/A", frozenset({"frequency-response"}), uses, driven=True,
+        efforts=frozenset({"force"}),
+    )  # fmt: skip
+
+    def made(step):
+        taken.append(step)
+        raise FricError("nothing is shown")
+
+    identify_axes(Session(tmp_path / "out", made, lambda _: None), Sources(logs=[source]), lambda _: None)
+    methods = [step.options.get("method") for step in taken if step.command == "identify plant"]
+    assert methods == [None, "motion"]
 
 
 def test_controllers_of_a_machine_have_one_sampling(tmp_path):

@@ -267,3 +267,17 @@ def test_a_sine_in_sliding_is_no_stroke(cycles: int) -> None:
     assert inspect(replace(log, kind=None)).kind == "sliding-sine"
     (stroke,) = experiment(axis, "constant-velocity", speeds=[6e-3], samples=2000)
     assert inspect(replace(stroke, kind=None)).kind == "constant-velocity"
+
+
+def test_a_loop_that_hunts_turns_no_sine_more_often() -> None:
+    """Turns of 0.2 µm behind each reversal of a sine of 40 µm left "3 samples through pre-sliding", and no blocks."""
+    t = np.arange(15_000) / 500.0
+    hunts = 0.1e-6 * np.sin(2 * np.pi * 43.0 * t)
+    z = 40e-6 * np.sin(2 * np.pi * 0.1 * t) + hunts
+    sliding = np.tanh(np.gradient(40e-6 * np.sin(2 * np.pi * 0.1 * t), t) / 20e-6)
+    found = inspect(Log(t, encoder(z, 20e-9), force=40.0 * sliding, input=sliding))
+    assert len(found.reversals) == 6
+    assert found.kind == "presliding-sine"
+    stroke = 100e-6 * np.clip(np.minimum(t - 5.0, 15.0 - t) / 2.0, 0.0, 1.0) + hunts
+    force = 40.0 * np.sign(np.gradient(stroke - hunts, t))
+    assert inspect(Log(t, encoder(stroke, 20e-9), force=force, input=force)).kind != "presliding-sine"

@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from os import environ
+from os import environ, fsencode
 from pathlib import Path
 from time import monotonic
 from typing import Any, Literal, NamedTuple
@@ -180,6 +180,15 @@ class AxisOutcome:
         return [path for path in self.files.values() if path.exists()]
 
 
+def _quoted(word: str) -> str:
+    """Return a word as `sh` reads it, without its control characters: a terminal that shows the script obeys them."""
+    if word.isprintable():
+        return shlex.quote(word)
+    printed = (letter if letter.isprintable() else "".join(map("\\{:03o}".format, fsencode(letter)))
+               for letter in word.replace("\\", "\\\\").replace("%", "%%"))  # fmt: skip
+    return f'"$(printf {shlex.quote("".join(printed))})"'
+
+
 class Session:
     """One run: its folder, its script, and the output and outcome of each step.
 
@@ -199,7 +208,7 @@ class Session:
         self.folder, self.run, self.say, self.done = folder, run, say, done
         self.shop = StepCache(folder)
         self.script = ["#!/bin/sh", "# What `fric auto` ran, to be run again by hand."]
-        self.script += ["set -eu", f"cd {shlex.quote(str(Path.cwd()))}"]
+        self.script += ["set -eu", f"cd {_quoted(str(Path.cwd()))}"]
         self.log: list[str] = []
         before = folder / "steps.log"  # what steps printed that are up to date now
         printed = before.read_text("utf-8", "replace").split("\n$ ") if before.is_file() else []
@@ -217,7 +226,7 @@ class Session:
         if not step.ready:
             return False
         self.steps, self.last = self.steps + 1, None
-        text, begun = shlex.join(["fric", *step.words]), monotonic()
+        text, begun = " ".join(map(_quoted, ["fric", *step.words])), monotonic()
         for path in step.leaves:
             folder_made(path.parent)
         results: list[Result | None] = []
@@ -267,7 +276,7 @@ class Session:
         if any(known.get(key) != plain(tree[key]) for key in tree.keys() - {"provenance"}):
             folder_made(path.parent)
             write_document(path, tree, force=True)
-        self.script += [f"cat > {shlex.quote(str(path))} <<'END'", dump(tree).rstrip(), "END"]
+        self.script += [f"cat > {_quoted(str(path))} <<'END'", dump(tree).rstrip(), "END"]
 
     def close(self) -> None:
         """Write the script, and the output of the steps."""

@@ -146,7 +146,9 @@ class FrictionModel(Parametrised):
 
     def steady_state(self, v: Real | float) -> Real:
         """Return the friction force [N] after a long time at constant velocity v [m/s], of any shape."""
-        return self.sliding_force(real(v, "steady_state", "v"))
+        if not np.isfinite(v := real(v, "steady_state", "v")).all():
+            raise refused("steady_state", "v as finite velocities", v)
+        return self.sliding_force(v)
 
     @abstractmethod
     def sliding_force(self, v: Real) -> Real:

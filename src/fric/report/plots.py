@@ -208,7 +208,8 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     model = GMS.from_sections(sections)
     plant, without = _plant(inputs, item, item.document.fit_of("gms")) if waves else (None, [])
     notes = list(dict.fromkeys(notes + without))
-    hysteresis, curve = ((), None) if without else _measured(waves, plant, model)
+    hysteresis, curve, left = ((), None, ()) if without else _measured(waves, plant, model)
+    notes += left
     longest = 1.6 * float(model.slip_displacements.max())
     longest = max(longest, float(curve.displacement[-1])) if curve is not None else longest
     knots, band = np.sort(model.slip_displacements), virgin_band(sections, longest)
@@ -329,12 +330,16 @@ def model_cycles(model: GMS) -> tuple[ReplayedCycle, ...]:
 
 def _measured(
     waves: Sequence[Log], plant: Plant | None, model: GMS
-) -> tuple[tuple[ReplayedCycle, ...], VirginCurve | None]:
-    """Return the measured cycles with the replayed model, and their virgin curve."""
+) -> tuple[tuple[ReplayedCycle, ...], VirginCurve | None, tuple[str, ...]]:
+    """Return the measured cycles with the replayed model, their virgin curve, and which records show none."""
     found: list[HysteresisCycles] = []
-    hysteresis = []
+    hysteresis, left = [], []
     for log in waves:
-        cycle = find_cycles(prepared([log], plant)[0])
+        try:
+            cycle = find_cycles(prepared([log], plant)[0])
+        except FricError as error:  # it was left out of the fit, too
+            left.append(f"Record '{log.name}' is not drawn: {error.what}.")
+            continue
         motion, force = cycle.record.motion, cycle.record.force
         found.append(cycle)
         replayed = model.replay(log.time, motion.position, motion.velocity)
@@ -344,7 +349,7 @@ def _measured(
         replayed += float(np.mean(force[start:] - replayed[start:]))  # the constant force of the record, as in the fit
         middle = 0.5 * float(motion.position.max() + motion.position.min())
         hysteresis.append(ReplayedCycle(log.name, motion.position[part] - middle, force[part], replayed[part]))
-    return tuple(hysteresis), (virgin_curve(found, model.static) if found else None)
+    return tuple(hysteresis), (virgin_curve(found, model.static) if found else None), tuple(left)
 
 
 def presliding(inputs: ReportInput) -> float | None:
