@@ -272,12 +272,12 @@ def test_a_sine_in_sliding_is_no_stroke(cycles: int) -> None:
 def test_a_loop_that_hunts_turns_no_sine_more_often() -> None:
     """Turns of 0.2 µm behind each reversal of a sine of 40 µm left "3 samples through pre-sliding", and no blocks."""
     t = np.arange(15_000) / 500.0
-    hunts = 0.1e-6 * np.sin(2 * np.pi * 43.0 * t)
-    z = 40e-6 * np.sin(2 * np.pi * 0.1 * t) + hunts
-    sliding = np.tanh(np.gradient(40e-6 * np.sin(2 * np.pi * 0.1 * t), t) / 20e-6)
-    found = inspect(Log(t, encoder(z, 20e-9), force=40.0 * sliding, input=sliding))
-    assert len(found.reversals) == 6
-    assert found.kind == "presliding-sine"
-    stroke = 100e-6 * np.clip(np.minimum(t - 5.0, 15.0 - t) / 2.0, 0.0, 1.0) + hunts
-    force = 40.0 * np.sign(np.gradient(stroke - hunts, t))
-    assert inspect(Log(t, encoder(stroke, 20e-9), force=force, input=force)).kind != "presliding-sine"
+    asked, hunts = 40e-6 * np.sin(2 * np.pi * 0.1 * t), 0.1e-6 * np.sin(2 * np.pi * 43.0 * t)
+    speed = np.gradient(asked, t)
+    z = asked + hunts * np.exp(-((speed / 5e-6) ** 2))
+    found = inspect(Log(t, encoder(z, 20e-9), force=40.0 * np.tanh(speed / 15e-6)))
+    assert (found.kind, len(found.reversals)) == ("presliding-sine", 6)
+    assert len(find_reversals(encoder(z, 20e-9))) > 20
+    there = 100e-6 * np.clip(np.minimum(t - 5.0, 15.0 - t) / 2.0, 0.0, 1.0)
+    force = 40.0 * np.sign(np.gradient(there, t))
+    assert inspect(Log(t, encoder(there + hunts, 20e-9), force=force)).kind != "presliding-sine"
