@@ -151,8 +151,7 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
     try:
         if si in {"rad", "rad/s"}:
             spelled = _of_an_angle(unit, spelled, dimension)
-        quantity = registry.Quantity(1.0, spelled)
-        return float(quantity.to(si).magnitude)
+        return float(registry.Quantity(1.0, spelled).to(si).magnitude)
     except pint.DimensionalityError:
         other: Motion = "linear" if rotates(motion) else "rotary"
         fits = registry.Quantity(1.0, spelled).check(registry.Unit(si_unit(dimension, other)).dimensionality)

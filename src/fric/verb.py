@@ -19,6 +19,7 @@ from fric.errors import FLAGS, FricError, Typed, near, of_path
 P = ParamSpec("P")
 R = TypeVar("R")
 T = TypeVar("T")
+UNIONS = {Union, UnionType}  # Origins of `Union[A, B]` and of ``A | B``
 WORDS = {str: "a text", Path: "a path", float: "a number", int: "a whole number", bool: "True or False", NoneType: ""}
 
 
@@ -68,7 +69,7 @@ def _type_text(hint: Any) -> str:
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return _type_text(inner[0])
-    if origin in {Union, UnionType}:
+    if origin in UNIONS:
         return " | ".join(map(_type_text, inner))
     if isinstance(hint, str | ForwardRef):
         return str(getattr(hint, "__forward_arg__", hint))
@@ -328,7 +329,7 @@ def _fits(given: Any, hint: Any) -> bool:
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return _fits(given, inner[0])
-    if origin in {Union, UnionType}:
+    if origin in UNIONS:
         return any(_fits(given, item) for item in inner)
     if origin is Literal:
         return isinstance(given, str) and given in inner
@@ -356,7 +357,7 @@ def kinds_of(hint: Any) -> list[Kind]:
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return [*(kind for kind in inner[:0:-1] if isinstance(kind, Kind)), *kinds_of(inner[0])]
-    if origin in {Union, UnionType} and NoneType in inner:
+    if origin in UNIONS and NoneType in inner:
         return [kind for item in inner for kind in kinds_of(item)]
     return []
 
@@ -377,7 +378,7 @@ def _words(hint: Any) -> str:
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return _words(inner[0]) + "".join(kind.words() for kind in kinds_of(hint))
-    if origin in {Union, UnionType}:
+    if origin in UNIONS:
         return " or ".join(filter(None, map(_words, inner)))
     if origin is Literal:
         return " or ".join(inner)

@@ -380,9 +380,7 @@ def _lag(
 
 
 def identifiability_warnings(
-    circles: Sequence[Revolutions],
-    geometry: Mapping[str, Estimate],
-    behind: Sequence[Mapping[str, float]],
+    circles: Sequence[Revolutions], geometry: Mapping[str, Estimate], behind: Sequence[Mapping[str, float]]
 ) -> tuple[Notice, ...]:
     """Return the warnings of tests: squareness, backlash, scale, scatter, glitches that do not end.
 

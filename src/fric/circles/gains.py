@@ -285,7 +285,7 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
     if (explained := fit.explained(found)) < EXPLAINED:
         what = f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it"
         raise FricError(what, where=where, hint=RECORD)
-    return _controller(found, half, other, explained, rate, test.where, motion).of_fit(fit, found)
+    return _controller(found, half, other, explained, rate, test.where, motion, unused=False).of_fit(fit, found)
 
 
 def controller_of_logs(logs: Iterable[Log]) -> FoundController:
@@ -345,14 +345,7 @@ def _of_log(log: Log) -> FoundController | None:
 
 
 def _controller(
-    found: Real,
-    half: Real,
-    other: Real,
-    explained: float,
-    rate: float | None,
-    where: str,
-    motion: Motion,
-    unused: bool = False,
+    found: Real, half: Real, other: Real, explained: float, rate: float | None, where: str, motion: Motion, unused: bool
 ) -> FoundController:
     """Return the controller for logarithms of its gains, half-widths [1], and the other order; K_i is 0 if unused.
 

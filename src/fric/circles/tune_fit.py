@@ -145,8 +145,7 @@ class VoltageRecord:
             number = np.bincount(cell, minlength=bins)
             with np.errstate(invalid="ignore", divide="ignore"):
                 means.append(np.bincount(cell, rest[revolution == n], bins) / number)
-        apart = np.diff(np.array(means), axis=0)
-        return float(np.sqrt(np.nanmean(apart**2) / 2))
+        return float(np.sqrt(np.nanmean(np.diff(np.array(means), axis=0) ** 2) / 2))
 
 
 def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None = None) -> VoltageRecord:

@@ -8,8 +8,8 @@ from functools import cache, cached_property, reduce
 from importlib import import_module
 from inspect import Parameter, Signature
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from types import NoneType
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -17,7 +17,7 @@ from typer.core import TyperCommand, TyperGroup
 from fric.cli import completion
 from fric.cli.console import finish
 from fric.errors import FLAGS, FricError, as_options, near
-from fric.verb import Argument, VerbForm, dimensions_of, kinds_of
+from fric.verb import UNIONS, Argument, VerbForm, dimensions_of, kinds_of
 
 _HELP = tomllib.loads(Path(__file__).with_name("help.toml").read_text("utf-8"))
 PARTS: Mapping[str, Mapping[str, str]] = _HELP["parts"]
@@ -183,7 +183,7 @@ def _read(hint: Any) -> tuple[Any, bool]:
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return _read(inner[0])
-    if origin in {Union, UnionType}:
+    if origin in UNIONS:
         ways = [item for item in inner if item is not NoneType]
         if Path in ways:
             return Path, False

@@ -20,20 +20,7 @@ from linecache import getlines
 from math import inf, isfinite
 from operator import attrgetter, or_
 from pathlib import Path
-from types import UnionType
-from typing import (
-    Annotated,
-    Any,
-    ClassVar,
-    Generic,
-    Literal,
-    Self,
-    TypeVar,
-    Union,
-    get_args,
-    get_origin,
-    get_type_hints,
-)
+from typing import Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 from pydantic import (
@@ -57,6 +44,7 @@ from fric.log import Record
 from fric.notice import Notice, Severity, once
 from fric.process import holding, now
 from fric.units import OF_INPUT, Motion, factor, of_force, si_unit
+from fric.verb import UNIONS
 
 LARGEST = 1e20  # Largest number of a quantity: a stiffness of 1e9 N/m whose interval is open reaches 1e15
 
@@ -563,7 +551,7 @@ class PartOf(Physical, Generic[T]):
         origin, given = get_origin(kind), tuple(map(cls.of_type, get_args(kind)))
         if origin is Annotated:
             return Annotated[Quantity, *kind.__metadata__]
-        if origin in {Union, UnionType}:
+        if origin in UNIONS:
             return reduce(or_, given)
         if origin in {tuple, list, Sequence}:
             return list[given[0]]  # type: ignore[valid-type]

@@ -10,19 +10,10 @@ from typing import Literal, Self
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from fric.columns import (
-    CHANNELS,
-    CIRCLE,
-    FORCE_VELOCITY,
-    FORCE_VELOCITY_DIMENSIONS,
-    LARGEST_TURN,
-    RESPONSE_DIMENSIONS,
-    Kind,
-    channel_dimension,
-    is_circle_channel,
-)
+from fric.columns import CHANNELS, CIRCLE, FORCE_VELOCITY, LARGEST_TURN, Kind, channel_dimension, is_circle_channel
 from fric.documents.base import Document, Part
 from fric.errors import FricError
+from fric.log import ForceVelocity, FrequencyResponse
 from fric.units import Motion, factor, kinds_of, parse
 
 FIELD = re.compile(r"\{([^{}]+)\}")
@@ -103,8 +94,8 @@ class FileMapping(Part):
     @model_validator(mode="after")
     def _columns_fit(self) -> Self:
         in_time = self.kind != "frequency-response" or "time" in self.columns
-        known = CHANNELS if in_time else tuple(RESPONSE_DIMENSIONS)
-        known = tuple(FORCE_VELOCITY_DIMENSIONS) if self.kind == FORCE_VELOCITY else known
+        known = CHANNELS if in_time else tuple(FrequencyResponse.dimensions)
+        known = tuple(ForceVelocity.dimensions) if self.kind == FORCE_VELOCITY else known
         errors: list[InitErrorDetails] = []
         for name, channel in self.columns.items():
             try:

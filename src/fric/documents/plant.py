@@ -95,9 +95,7 @@ class ResponseFitPart(Written):
     lines: int = of(lambda fit: np.count_nonzero(fit.used))
     left_out: int = of(lambda fit: np.count_nonzero(~fit.used))
     deviating: tuple[Quantity, ...] | None = of(
-        lambda fit: tuple(Estimate(f, "Hz") for f in fit.stand_off) or None,
-        "of these, lines that deviate",
-        None,
+        lambda fit: tuple(Estimate(f, "Hz") for f in fit.stand_off) or None, "of these, lines that deviate", None
     )
     lowest: Quantity = of(lambda fit: fit.measured.table.frequency[fit.used].min(), unit="Hz")
     highest: Quantity = of(lambda fit: fit.measured.table.frequency[fit.used].max(), unit="Hz")

@@ -227,38 +227,33 @@ def _hint(table: ForeignTable, channel: str, found: Collection[str] = ()) -> str
 
 
 def origin_of(
-    table: ForeignTable,
-    name: str,
-    channel: ColumnMapping,
-    motion: Motion,
-    fields: Mapping[str, str],
-    form: Form = "time",
+    table: ForeignTable, name: str, given: ColumnMapping, motion: Motion, fields: Mapping[str, str], form: Form = "time"
 ) -> Origin:
     """Return where one channel comes from: its column, with the factor to SI."""
     where, dimension = str(table.path), _dimension(name, form)
-    sign = channel.sign or 1
+    sign = given.sign or 1
 
     def parsed(template: str, measured: str) -> float:
         with foreign(where):
             return parse(filled(template, fields, where), measured, motion)
 
-    if channel.value is not None:
-        value = np.array([sign * parsed(channel.value, dimension)])
+    if given.value is not None:
+        value = np.array([sign * parsed(given.value, dimension)])
         require_plausible(name, value, dimension, where, motion=motion)
         return Origin(None, float(value[0]))
-    if channel.rate is not None or channel.period is not None:
-        given = parsed(channel.period, "time") if channel.period else parsed(channel.rate or "", "frequency")
-        period = given if channel.period or not given else 1 / given
+    if given.rate is not None or given.period is not None:
+        said = parsed(given.period, "time") if given.period else parsed(given.rate or "", "frequency")
+        period = said if given.period or not said else 1 / said
         if not 1 / SLOWEST >= period >= CLOSEST:
             what = f"a sampling period of {period:.3g} s is none"
             raise FricError(what, where=where, hint="Mend `rate` or `period`.")
         return Origin(None, period)
-    wanted = filled(channel.column, fields, where) if isinstance(channel.column, str) else channel.column or 0
+    wanted = filled(given.column, fields, where) if isinstance(given.column, str) else given.column or 0
     column = table.find(wanted, name)
-    if channel.scale is not None:
-        scale = parsed(channel.scale, dimension)
-        return Origin(column, sign * scale, wraps=abs(scale) * (channel.wraps or 0.0))
-    unit = filled(channel.unit, fields, where) if channel.unit is not None else table.columns[column].unit
+    if given.scale is not None:
+        scale = parsed(given.scale, dimension)
+        return Origin(column, sign * scale, wraps=abs(scale) * (given.wraps or 0.0))
+    unit = filled(given.unit, fields, where) if given.unit is not None else table.columns[column].unit
     if unit is None and dimension == "ratio":
         return Origin(column, 1.0)
     if unit is None:
@@ -275,7 +270,7 @@ def origin_of(
         beside = f' Or say what one logged unit is, as in scale: "12.5 {si_unit(dimension, motion)}".'
         hint = error.hint + ("" if "scale" in error.hint else beside)
         raise FricError(error.what, where=f"{where}, column '{table.columns[column].name}'", hint=hint) from None
-    return Origin(column, sign * size, decibel is not None, size * (channel.wraps or 0.0))
+    return Origin(column, sign * size, decibel is not None, size * (given.wraps or 0.0))
 
 
 def _dimension(channel: str, form: Form) -> str:

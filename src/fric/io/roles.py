@@ -301,8 +301,7 @@ def _mode(data: Samples, main: int) -> int | None:
 
 def _first_column(axis: AxisColumns) -> int:
     """Return the column of the position of an axis, or of its velocity."""
-    main = axis.roles.get("position") or axis.roles["velocity"]
-    return main.column or 0
+    return (axis.roles.get("position") or axis.roles["velocity"]).column or 0
 
 
 # --- time ---------------------------------------------------------------------------------------------------------

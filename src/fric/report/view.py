@@ -377,8 +377,7 @@ def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
             continue
         if record.kind == "frequency-response":
             return perturbation_of(record, given.document)[0]
-    cutoff = float(item.sections()["observer"]["cutoff"])
-    return model_perturbation(plant, 40 * cutoff)
+    return model_perturbation(plant, 40 * float(item.sections()["observer"]["cutoff"]))
 
 
 def _test(

@@ -441,11 +441,6 @@ def path_of(wanted: str, given: Any) -> Path:
     return Path(given)
 
 
-def where_of(given: Any) -> str:
-    """Return the given file for an error message; empty if it is no file."""
-    return str(given) if isinstance(given, str | Path) else ""
-
-
 def quantity(given: str | float | None, dimension: str, motion: Motion = "linear") -> float | None:
     """Return a positive quantity given in SI, or as a text with its unit; None if not given."""
     return None if given is None else positive(given, dimension, motion)

@@ -20,7 +20,7 @@ from fric.errors import FricError, found_in
 from fric.estimate import as_filed
 from fric.friction.stribeck import StaticMap
 from fric.plausibility import of_plant, settled
-from fric.results.base import Result, path_of, where_of
+from fric.results.base import Result, path_of
 from fric.simulate.machine import Machine
 from fric.units import Motion
 from fric.verb import UnfitError
@@ -33,6 +33,11 @@ D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, "PlanDocum
 
 
 CIRCLES = "circle tests, or their files"  # Arguments of verbs that are measured circles
+
+
+def where_of(given: Any) -> str:
+    """Return the given file for an error message; empty if it is no file."""
+    return str(given) if isinstance(given, str | Path) else ""
 
 
 def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None, to: str = "log") -> D:

@@ -39,20 +39,8 @@ from fric.records.flaws import evened
 from fric.records.prepared import of_shares, prepared, without_loaded
 from fric.records.recognition import kind_of
 from fric.records.resolution import without_clipped
-from fric.results.base import (
-    Identified,
-    Piece,
-    Table,
-    in_si,
-    logs_of,
-    named,
-    parameters,
-    quantity,
-    records_of,
-    several,
-    where_of,
-)
-from fric.results.given_models import circles_of, document_of, friction_of, plant_of
+from fric.results.base import Identified, Piece, Table, in_si, logs_of, named, parameters, quantity, records_of, several
+from fric.results.given_models import circles_of, document_of, friction_of, plant_of, where_of
 from fric.results.kinds import (
     AxisName,
     Blocks,
@@ -301,8 +289,7 @@ class GainsResult(Identified):
         how += "; K_v and K_i/K_p may be exchanged: the loop is the same" * self.found.swapped
         if self.found.late:
             how += f"; it answers {readable(self.found.late, 's')} after it measures: add that to T_d"
-        where = f"{self.found.where}: {how}"
-        return [parameters(self.sections()["controller"]), where]
+        return [parameters(self.sections()["controller"]), f"{self.found.where}: {how}"]
 
 
 @verb

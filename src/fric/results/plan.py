@@ -201,14 +201,7 @@ def plan(
 
 
 def _prior(
-    machine: Any,
-    axis: str,
-    friction: Any,
-    plant: Any = None,
-    *,
-    noise: float | str | None,
-    encoder: float | str | None,
-    like: Any,
+    machine: Any, axis: str, friction: Any, plant: Any = None, *, noise: Any, encoder: Any, like: Any
 ) -> tuple[Axis, list[Notice], FrictionDocument | None, PlantDocument | None]:
     """Return the axis as known beforehand, the substitutes for what is unknown, and its friction and plant."""
     known = None if friction is None else document_of(FrictionDocument, friction)

@@ -334,20 +334,15 @@ def circle_map(
     for name, values in zip(("speed", "radius"), over, strict=True):
         bounded(name, max(values))
     grid = contour_run.CircleGrid(subject, chosen, *over, in_si(accuracy, "small length"))
-    advance(0, total=len(grid))
+    total = len(grid)
+    advance(0, total=total)
     cells = run_all(
-        grid,
-        len(grid),
-        memory=grid.memory,
-        workers=workers,
-        scheduler=scheduler,
-        advance=advance,
-        interrupted=interrupted,
+        grid, total, memory=grid.memory, workers=workers, scheduler=scheduler, advance=advance, interrupted=interrupted
     )
     if not cells:
         raise FricError("no circle was done", hint="Nothing was written.")
     done = len(cells)
-    cells += [grid.not_run(n) for n in range(done, len(grid))]
+    cells += [grid.not_run(n) for n in range(done, total)]
     return CircleMapResult(contour_run.CircleMap(grid, cells), done)
 
 
@@ -384,8 +379,7 @@ class PathResult(Result, schema=PathResultDocument):
         """Write traces and metrics to a run file."""
         from fric.io.circle import write_runs  # with HDF5, which a table needs not
 
-        made = json.dumps(facts(self.machine, self.runs))
-        write_runs(Path(path), self.runs, made, force=force)
+        write_runs(Path(path), self.runs, json.dumps(facts(self.machine, self.runs)), force=force)
 
     def by_row(self) -> dict[str, dict[str, Any]]:
         """Return glitch and contour error by scheme [m]."""

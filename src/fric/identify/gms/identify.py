@@ -386,12 +386,7 @@ def _refined(
 
 
 def _blocks(
-    curve: virgin_curve.VirginCurve,
-    count: int | None,
-    most: int,
-    knots: Sequence[float] | None,
-    refined: bool,
-    unit: str,
+    curve: virgin_curve.VirginCurve, count: int | None, most: int, knots: Sequence[float] | None, refit: bool, unit: str
 ) -> tuple[virgin_curve.Choice | None, virgin_curve.Blocks, list[virgin_curve.Blocks]]:
     """Return the choice of the number of blocks, the blocks, and, for `_by_leaving_out`, those without each cycle."""
     if knots is not None:
@@ -411,7 +406,7 @@ def _blocks(
         return None, found, without
     choice = virgin_curve.choose_blocks(curve, most, unit=unit) if count is None else None
     found = choice.blocks if choice else virgin_curve.fit_blocks(curve, count or 1)
-    return choice, found, [] if refined else virgin_curve.fit_without_cycles(curve, found)
+    return choice, found, [] if refit else virgin_curve.fit_without_cycles(curve, found)
 
 
 def _by_leaving_out(

@@ -181,8 +181,7 @@ def _inner_part(log: Log) -> Segment | str:
     velocity = float(np.polyfit(t, inner, 1)[0])
     if abs(speeds[0] - speeds[1]) > UNEVEN * abs(velocity):
         return f"its speed goes from {readable(abs(speeds[0]), unit)} to {readable(abs(speeds[1]), unit)}"
-    error = abs(speeds[0] - speeds[1]) / 2
-    return Segment(first, last, velocity, error, onset=first)
+    return Segment(first, last, velocity, abs(speeds[0] - speeds[1]) / 2, onset=first)
 
 
 def standard_errors(table: ForceVelocity) -> tuple[Real, str]:

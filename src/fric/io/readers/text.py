@@ -112,8 +112,7 @@ class _Row(NamedTuple):
     def score(self) -> int:
         """Numbers count for the reading, words against it; empty cells, dates and times of a day do not count."""
         rest = (cell for cell, number in zip(self.cells, self.numeric, strict=True) if cell and not number)
-        words = sum(not _STAMP.match(cell) for cell in rest)
-        return sum(self.numeric) - words
+        return sum(self.numeric) - sum(not _STAMP.match(cell) for cell in rest)
 
 
 @lru_cache(maxsize=64)
