@@ -281,8 +281,7 @@ def evidence_of(
     settled, unknown = list[Notice](), any(notice.code == GAINS_UNKNOWN.code for notice in distrust)
     for file, found in disagreements.items():
         (settled if Path(file).name in seen and not unknown else against).extend(found)
-    coded = [*map(Notice.of, made.get("warnings_coded", ()))]
-    notices = more.pop("notices", coded)
+    notices = more.pop("notices", [*map(Notice.of, made.get("warnings_coded", ()))])
     if seen and not unknown:
         settled += [notice for notice in notices if flaw_of(notice).circle_settles and notice.severity == "wrong"]
         notices = [notice for notice in notices if not flaw_of(notice).circle_settles]

@@ -166,8 +166,7 @@ def find_sources(
     for path, why in ((path, why) for path, why in asking.items() if not _is_paper(path)):
         found.refused.setdefault(why, []).append(path)
     for path in _controllers(given):
-        document = read_document(path, ControllerDocument)
-        found.controllers.setdefault(document.axis, path)
+        found.controllers.setdefault(read_document(path, ControllerDocument).axis, path)
     logs = [replace(record, source="") for record in seen if isinstance(record, Log)]
     findings = (of(log) for log in logs for of in (switched, two_encoders, holds))
     found.description += [notice for notice in findings if notice is not None]

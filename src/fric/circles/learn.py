@@ -40,8 +40,7 @@ class Learning:
     @classmethod
     def at(cls, feed: float, share: float | None = None, bandwidth: float | None = None) -> "Learning":
         """Return the settings of learning at a feed [m/s], with defaults for those not given."""
-        fast = feed >= FAST
-        default = cls(1.0, 200.0) if fast else cls(0.5, 100.0)
+        default = cls(1.0, 200.0) if feed >= FAST else cls(0.5, 100.0)
         made = cls(default.share if share is None else share, default.bandwidth if bandwidth is None else bandwidth)
         if not (0 < made.share <= 1 and made.bandwidth > 0):
             raise FricError(
@@ -71,8 +70,7 @@ def next_feedforward(
         what = f"{how.bandwidth:g} Hz are not between one period of the record and half its sampling"
         raise FricError(what, hint="Learn up to a few hundred Hz.")
     sections = low_pass(how.bandwidth, 1 / dt)
-    slow = sosfiltfilt(sections, error)
-    rate = np.gradient(slow, t)
+    rate = np.gradient(sosfiltfilt(sections, error), t)
     missing = (np.gradient(rate, t) + plant.A * rate) / plant.B
     needed = sosfiltfilt(sections, voltage) + np.interp(t + plant.T_d, t, missing)
     return np.asarray((1 - how.share) * before + how.share * (needed - model))

@@ -77,10 +77,10 @@ def impulses(block: ControlBlock, setting: Setting, inputs: Sequence[str], wait:
     ``wait`` are the samples of rest before, in which a block that repeats fills its memory.
     """
     step, _, state, parameters = block.ready(setting)
-    state, rows, out = state.copy(), np.zeros((len(Commands._fields), wait + samples)), []
+    state, rows = state.copy(), np.zeros((len(Commands._fields), wait + samples))
     hit = Sample(*(float(name in inputs) for name in Sample._fields))
-    for n in range(wait + samples):
-        out.append(step(hit if n == wait else Sample(*[0.0] * len(hit)), n, rows, state, parameters))
+    still = Sample(*[0.0] * len(hit))
+    out = [step(hit if n == wait else still, n, rows, state, parameters) for n in range(wait + samples)]
     return np.array(out[wait:])
 
 

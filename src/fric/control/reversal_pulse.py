@@ -99,8 +99,7 @@ class ReversalPulse(ControlBlock):
     @classmethod
     def designed(cls, setting: Setting) -> Self:
         """Return the pulse that fits the friction that the controller believes in."""
-        model = nominal_friction(setting, cls.name)
-        pulse = fitted(model, setting.sampling)
+        pulse = fitted(nominal_friction(setting, cls.name), setting.sampling)
         slow, middle, fast = (setting.gain / setting.K_f * value for value in pulse[:3])
         return cls(slow, middle, fast, pulse[3])
 

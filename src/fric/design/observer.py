@@ -257,8 +257,7 @@ def design_observer(
     Raises FricError: When the loop misses the peak sensitivity without an observer, or a given cutoff is beyond a
         limit: with the nearest that holds.
     """
-    nyquist = cascade.sampling / 2
-    Delta = perturbation or model_perturbation(plant, nyquist)
+    Delta = perturbation or model_perturbation(plant, cascade.sampling / 2)
     whole = WholeLoop(plant, cascade, Delta)
     without = whole.peak()
     if without > peak_sensitivity:

@@ -160,8 +160,7 @@ class RoundPart(Written):
     glitch: float = of(lambda run: run.chance().median, "median over places between two counts [m]")
     ci95: list[float] = of(lambda run: [run.chance().low, run.chance().high], "range of 95 % of runs [m]")
     quadrants: list[float] = of(
-        lambda run: [glitch.median for glitch in run.glitches],
-        "at +x, +y, -x, -y, outwards positive, medians [m]",
+        lambda run: [glitch.median for glitch in run.glitches], "at +x, +y, -x, -y, outwards positive, medians [m]"
     )
 
 

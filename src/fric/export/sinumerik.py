@@ -169,8 +169,7 @@ def sinumerik_files(
     """Return machine data as assignments, and a page with the simulated glitches; `instead` gets what they leave."""
     if rotates(part.motion):
         raise FricError("the target sinumerik is for linear axes", hint="Export to c or st.")
-    axis = machine.axis(part.axis)
-    left_over = glitches_of(axis, part, advance)
+    left_over = glitches_of(machine.axis(part.axis), part, advance)
     pulse, alone = fitted(part, left_over)
     idle = replace(pulse, largest=0.0, smallest=0.0)
     table = []

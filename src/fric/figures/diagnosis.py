@@ -84,8 +84,7 @@ def _polar(axes: PolarAxes, found: Diagnosis) -> float:
 def _reversal(axes: Axes, found: Diagnosis, agreement: Agreement | None, name: str) -> None:
     for n, circle in enumerate(found.tests):
         test = circle.test
-        pulse = found.pulses(n)[name]
-        phi, mean = pulse.smoothed(np.radians(0.4))
+        phi, mean = found.pulses(n)[name].smoothed(np.radians(0.4))
         near = np.abs(phi) <= np.radians(25)
         sense = "counter-clockwise" if test.direction > 0 else "clockwise"
         scale = 1e3 * test.radius / test.feed
