@@ -18,7 +18,7 @@ from fric.estimate import Covariance, Estimate
 from fric.friction.gms import GMS
 from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.points import Asked
-from fric.io.hdf5 import read_logs
+from fric.io.hdf5 import read_logs, write_logs
 from fric.report.collect import collect
 from fric.report.plots import friction_curves, friction_map, map_band, presliding, virgin_band
 
@@ -65,6 +65,18 @@ def test_logs_give_points_and_loops(files: SimpleNamespace) -> None:
     assert curves.virgin.measured is not None
     assert [cycle.name for cycle in curves.hysteresis] == ["presliding-sine-01", "presliding-sine-02"]
     assert all(np.abs(cycle.measured).max() > 50 for cycle in curves.hysteresis)
+
+
+def test_a_record_without_a_whole_cycle_is_named_and_the_others_are_drawn(
+    files: SimpleNamespace, tmp_path: Path
+) -> None:
+    """`identify gms` left such a record out, and the page of `auto` ended in its error."""
+    logs = read_logs(LOGS / "presliding-sine.h5")
+    write_logs(tmp_path / "sines.h5", [*logs, replace(logs[0].slice(0, len(logs[0]) // 8), name="half")])
+    inputs = collect([files.march, tmp_path / "sines.h5"])
+    curves = friction_curves(inputs, inputs.items[0])
+    assert [cycle.name for cycle in curves.hysteresis] == ["presliding-sine-01", "presliding-sine-02"]
+    assert [note for note in curves.notes if note.startswith("Record 'half' is not drawn")]
 
 
 @pytest.mark.long(2)
