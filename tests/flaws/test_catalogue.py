@@ -583,6 +583,13 @@ LISTED = ("files", "glitches", "how", "kept", "lines", "names", "quadrants", "wh
 """Values of a sentence that are lists or reasons."""
 
 
+def test_the_joint_of_two_records_that_differ_is_no_backlash() -> None:
+    """ "Remove the backlash" was said of a sound axis, whose curves differed by 540 mA where they meet."""
+    for mismatch, code in ((-40.0, "friction-differs"), (40.0, "rest-raises-friction")):
+        assert {notice.code for notice in hysteresis(hollow=20.0, mismatch=mismatch)} == {code}
+    assert "lost-motion" in {notice.code for notice in hysteresis(hollow=60.0, mismatch=-40.0)}
+
+
 def test_a_sentence_has_a_hundred_characters_at_most() -> None:
     """Without what to do; a value with its unit has seven of them, a list or a reason twenty. Errors give a reason."""
 
