@@ -49,7 +49,8 @@ def numpys(width: int) -> str:
     """Return the vector instructions of NumPy's that are wider than a width, as NPY_DISABLE_CPU_FEATURES takes them."""
     old = {"SSE", "SSE2", "SSE3", "SSSE3", "SSE41", "SSE42", "POPCNT", "X86_V2"}
     found = dict(np.show_config(mode="dicts") or {}).get("SIMD Extensions", {}).get("found", [])
-    return " ".join(name for name in found if (0 if name in old else WIDTHS.get(name, 3)) > width)
+    off = os.environ.get("NPY_DISABLE_CPU_FEATURES", "").split()  # which are not found, and a child would have again
+    return " ".join(name for name in [*found, *off] if (0 if name in old else WIDTHS.get(name, 3)) > width)
 
 
 def processor(name: str) -> dict[str, str]:

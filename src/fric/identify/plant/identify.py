@@ -813,7 +813,7 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[PlantSo
 def _with_hysteresis(plain: PlantSolution, sets: Sequence[Lines], sweeps: bool) -> PlantSolution:
     """Return a fit with the hysteresis of friction; its errors allow for what is not this hysteresis.
 
-    sweeps: Whether each frequency is met alone, with an amplitude and so a friction that differ from the others'.
+    sweeps: Whether the excitation is a swept sine, whose amplitude, and so friction's damping, changes with frequency.
     """
     solution = solve(sets, friction="hysteresis", resonance=plain.form.resonance(plain.values), start=plain.values[:3])
     C, quantile = solution.covariance, float(stdtrit(solution.freedom, 0.975))
