@@ -199,10 +199,10 @@ class Verdict:
             return ""
         predicted, measured = (readable(value, "m", 3) for value in self.compared)
         word = "trusted" if self.trusted else "not trusted yet"
-        if self.trusted and not 1.0 / CLOSE <= self.compared[0] / max(self.compared[1], 1e-12) <= CLOSE:
+        if self.trusted and any(flaw_of(notice).disagrees for notice in self.settled):
+            word = "the files differ; the varied machines, which decide, were fitted to it. `fric tune` fits the files"
+        elif self.trusted and not 1.0 / CLOSE <= self.compared[0] / max(self.compared[1], 1e-12) <= CLOSE:
             word = "within the interval of the prediction, which is wide. Identify again from more records"
-            if any(flaw_of(notice).disagrees for notice in self.settled):
-                word = "the varied machines were fitted to the circle, the files were not. `fric tune` fits them"
         others = (
             f" {name.upper()} has no model: its {readable(m, 'm', 3)} remain." for name, m in self.unmodelled.items()
         )
@@ -213,15 +213,17 @@ class Verdict:
         described = [self.headline, *self.effort]
         described += [": ".join(self.result)] if self.kept is not None else []
         described += [self.checked] if self.checked else []
-        described += [f"settled by the measured circle: {', '.join(self.settled_by_code)}"] if self.settled else []
+        settled = ", ".join(self.settled_by_code)
+        described += [f"settled by the measured circle (`fric help CODE`): {settled}"] if settled else []
         described += [f"not trusted yet: {text}" for text in self.why if text.code != NOTHING_SIMULATED.code]
         commands = "\n".join(f"next: {text}" for text in self.next).replace("   # ", "\n      # ")  # fit 80 columns
         return [*described, *commands.splitlines()]
 
     @property
     def settled_by_code(self) -> list[str]:
-        """The codes of the flaws that a measured circle settles, each once."""
-        return list(dict.fromkeys(notice.code or str(notice) for notice in self.settled))
+        """The codes of the flaws that a measured circle settles, each once, but for what `checked` says."""
+        left = (notice for notice in self.settled if not (self.compared and flaw_of(notice).disagrees))
+        return list(dict.fromkeys(notice.code or str(notice) for notice in left))
 
 
 def candidates_of(

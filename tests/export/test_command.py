@@ -117,6 +117,14 @@ def test_a_folder_of_auto_gives_machine_run_and_circle(tmp_path: Path, monkeypat
     run.touch()
     assert _of_session(tmp_path, (), ()) == (machine, [run], ["my circle.h5"])
     assert _of_session(tmp_path, ["r.h5"], ["c.h5"]) == (machine, ["r.h5"], ["c.h5"])
+    # `fric auto logs -o ../found` was run in a folder beside it
+    command = "fric simulate circle ../found/machine.yaml --measured ../found/circles/c.h5 -o ../found/circle.h5"
+    folder = tmp_path / "found"
+    (folder / "circles").mkdir(parents=True)
+    (folder / "circle.h5").touch()
+    (folder / "circles/c.h5").touch()
+    (*_, (circle,)) = _of_session(folder, (), ())
+    assert Path(circle).samefile(folder / "circles/c.h5")
 
 
 def test_a_measured_circle_that_is_not_as_predicted_forbids_the_export(tmp_path: Path) -> None:

@@ -242,7 +242,8 @@ def test_a_circle_settles_only_what_the_drawn_machines_were_made_to_agree_with()
     found = decide(evidence_of(made, table, prediction, disagreements={"one.h5": seen["/there/one.h5"]}))
     assert found.choice is not None
     assert [one.code for one in found.why] == ["force-lags"]
-    assert any(line.startswith("settled by the measured circle: not-as-predicted") for line in found.lines())
+    settled = "settled by the measured circle (`fric help CODE`): not-as-predicted"
+    assert any(line.startswith(settled) for line in found.lines())
     assert decide(evidence_of(made, table, disagreements=seen, compared=True)).choice is None
     # with gains that nobody stated and no voltage the machines agree with any circle: it settles nothing
     designed = {"warnings_coded": [GAINS_DESIGNED.found("axis x").as_dict()]}
@@ -270,6 +271,7 @@ def test_a_prediction_far_from_the_measured_circle_is_not_called_trusted(predict
     """Nor is it within its interval where the circle disagrees, and the varied machines were fitted to it."""
     close = predicted < 25 * UM and predicted > 20 * UM
     settled = (NOT_AS_PREDICTED.found("c.h5", quadrant="+x", measured=22 * UM, predicted=predicted, cause="the level"),)
-    for found, word in (((), "within the interval"), (settled, "the varied machines were fitted")):
+    for found, word in (((), "trusted" if close else "within the interval"), (settled, "the files differ")):
         verdict = Verdict(choice=None, headline="", compared=(predicted, 22.0 * UM), settled=found)
-        assert f"measured 22 µm: {'trusted' if close else word}" in verdict.checked
+        assert f"measured 22 µm: {word}" in verdict.checked
+        assert not any("not-as-predicted" in line for line in verdict.lines())  # said in words

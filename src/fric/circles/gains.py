@@ -192,6 +192,9 @@ CORNERS = tuple(np.geomspace(0.01, 0.5, 18))  # Velocity filter over the samplin
 EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
 """Least share of the voltage beyond feedforward that gains must explain to be accepted. A log does not say that
 compensation was off; a compensation is no sum of these gains."""
+EXACT = 4.0
+"""Least residual of a slower record's cascade, over that of one at the record's rate, by which the record has the rate
+of its controller. Of simulated circles at that rate it is 25 to 150, of slower or late ones 1.0 to 1.9."""
 SURE_ORDER = 1.05  # Least ratio of squared residuals by which a record tells one order of gains from the other
 NO_INTEGRAL = 0.05  # Record over integral time below which a controller has no integral part
 LAGS = 0.25  # Least lag that is said; without velocity feedforward it is 1 [1/K_v]
@@ -271,7 +274,9 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
     the reference, its velocity, its acceleration and a constant, which is fitted and subtracted. Position gain and
     integral time can be exchanged without a change of this sum; the order is chosen whose integral of the reference
     velocity, if that is fed forward, agrees with the record. Where both do, K_v is the larger rate, as usual, and the
-    intervals hold both orders: the loop is the same.
+    intervals hold both orders: the loop is the same. Where a cascade at the record's rate does not explain it exactly,
+    and what it leaves is no noise, the circle is logged more slowly than the controller samples, or late: filter and
+    sampling are then assumed. The intervals hold the gains with and without.
 
     test, name, motion: The circle, without compensation of friction; name and motion of the axis.
     Raises FricError: When reference or voltage were not recorded, compensation was on, or no cascade gives this
@@ -281,11 +286,19 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
     if test.scheme not in ("", "a"):
         raise FricError("the controller's gains take a circle without compensation", where=where, hint=RECORD)
     _, r, z, u, rate = test.of_effort({name: motion}).driven(name, "identifying gains")
-    fit, found, half, other = _fitted(r, z, u, rate)
+    models = [_fitted(r, z, u, rate), _fitted(r, z, u, rate, LAG)]
+    times = float(np.divide(*(np.linalg.norm(fit.rest(found)) for fit, found, *_ in reversed(models))))
+    late = times < EXACT and models[0][0].structured(models[0][1])
+    slow = late or times < 1.0
+    (fit, found, half, other), (_, second, beside, _) = models[::-1] if slow else models
+    if late or 2 * len(fit.u) * abs(np.log(times)) < CHANCE:
+        held = np.maximum(_widened(fit, found, half)[:3], fit.difference(second, found)[:3] + beside[:3])
+        half = np.append(held, half[3:])
     if (explained := fit.explained(found)) < EXPLAINED:
         what = f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it"
         raise FricError(what, where=where, hint=RECORD)
-    return _controller(found, half, other, explained, rate, test.where, motion, unused=False).of_fit(fit, found)
+    seen = None if slow else rate
+    return _controller(found, half, other, explained, seen, test.where, motion, unused=False).of_fit(fit, found)
 
 
 def controller_of_logs(logs: Iterable[Log]) -> FoundController:
@@ -329,12 +342,9 @@ def _of_log(log: Log) -> FoundController | None:
         lag = LAG if slow else None
         try:
             fit, found, half, other = _fitted(r, z, u, rate, lag)
-            varied = [_Fit(fit.r[::2], fit.z[::2], fit.voltage[::2], rate / 2, lag=lag)]
-            varied += [_Fit(r, z, u, rate, lag=0.0)] if slow else []
-            apart = [each.difference(each.best()[0], found)[: len(half)] for each in varied]
+            half = _widened(fit, found, half)
         except (np.linalg.LinAlgError, ValueError):
             continue
-        half = np.linalg.norm([half, *apart], axis=0)
         explained = fit.explained(found)
         unused = np.exp(found[2] - found[1]) * len(r) / rate < NO_INTEGRAL
         if explained > most and (half[: 2 if unused else 3] < WIDEST).all():
@@ -342,6 +352,14 @@ def _of_log(log: Log) -> FoundController | None:
             best = _controller(found, half, order, explained, None if slow else rate, log.where, log.motion, unused)
             best, most = best.of_fit(fit, found), explained
     return best
+
+
+def _widened(fit: "_Fit", found: Real, half: Real) -> Real:
+    """Return half-widths that hold the change of the gains with every other sample, and without a lag assumed."""
+    varied = [_Fit(fit.r[::2], fit.z[::2], fit.voltage[::2], fit.rate / 2, lag=fit.lag)]
+    varied += [_Fit(fit.r, fit.z, fit.voltage, fit.rate, lag=0.0)] if fit.lag else []
+    apart = [each.difference(each.best()[0], found)[: len(half)] for each in varied]
+    return np.asarray(np.linalg.norm([half, *apart], axis=0))
 
 
 def _controller(
@@ -428,6 +446,12 @@ class _Fit:
     def rest(self, log_values: Real) -> Real:
         """Return the residual of the recorded voltage [V] with a cascade and feedforward."""
         return self.without - self._off(self.volts(log_values))
+
+    def structured(self, log_values: Real) -> bool:
+        """Whether neighbouring residuals are correlated, as noise of the voltage is not: 4/√n are beyond its chance."""
+        rest = self.rest(log_values)
+        rest = rest - rest.mean()
+        return max(abs(float(rest[k:] @ rest[:-k])) for k in (1, 2)) > 4.0 * float(rest @ rest) / np.sqrt(len(rest))
 
     def best(self) -> tuple[Real, Real, Real]:
         """Return the logarithms of the gains, half-widths, and those of the other order if that fits too."""

@@ -44,6 +44,9 @@ def draw_gms(fit: GMSFit) -> Figure:
         force = prefixed(fit.static.F_s, si_unit("force", fit.motion))
         for n, cycle in enumerate(hysteresis):
             _cycle(figure.add_subplot(grid[0, 2 * n : 2 * n + 2]), fit, cycle, force)
+        known = {str(line.get_label()): line for axes in figure.axes for line in axes.lines}
+        shown = {label: line for label, line in known.items() if not label.startswith("_")}
+        figure.legend(shown.values(), shown.keys(), loc="outside upper left", ncols=2)
         middle = len(hysteresis)
         panels = (figure.add_subplot(grid[1, :middle]), figure.add_subplot(grid[1, middle:]))
         virgin = _virgin_of(fit)
@@ -77,7 +80,6 @@ def _cycle(axes: Axes, fit: GMSFit, hysteresis: HysteresisCycles, force: Scale) 
             label = None
     place = "position from the middle" if far else "position"
     axes.set(xlabel=f"{place} [{length[1]}]", ylabel=f"friction [{force[1]}]", title=record.log.name)
-    axes.legend(loc="center")
 
 
 def _virgin_of(fit: GMSFit) -> Virgin:

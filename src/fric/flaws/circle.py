@@ -10,8 +10,8 @@ PREDICTION_WITHOUT_INTERVAL = Flaw("prediction-without-interval", "doubt",
     "The machine file has no intervals: only those of the circle and an encoder step are allowed for.",
     "Give the files of `fric identify` or `fric tune`.")
 MODEL_DISAGREES = Flaw("model-disagrees", "wrong",
-    "The circle is not as predicted: {glitches}. Explain that before a scheme is recommended.",
-    "`fric tune` fits the machine to the circle.", disagrees=True)
+    "The circle is not as predicted: {glitches}.", "Find out why, or fit the machine to the circle with `fric tune`.",
+    disagrees=True)
 SQUARENESS_UNSEEN = Flaw("squareness-unseen", "note", "The axes' own encoders cannot see squareness: {ellipse:the "
     "ellipse at ±45° ({ellipse}) is taken for mismatch|what is found is of their loops}.",
     word=("squareness", "not told"))

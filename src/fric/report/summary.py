@@ -115,7 +115,7 @@ def make_report(
     """Make a self-contained HTML page: the verdict, measured circles, identified parameters, and drift.
 
     If the controllers of a run know its machine exactly, varied machines are simulated first. If a measured circle
-    differs from its prediction, the page says so and recommends no scheme until that is explained.
+    differs from its prediction, the page says so and recommends no scheme, unless varied machines were fitted to it.
 
     files: Results, or files: runs, measured circles, the machine (file, or bundled name) to compare them with,
         documents of friction, plant, controller and observer, logs to draw points from, or earlier reports: each is

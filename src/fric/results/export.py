@@ -285,7 +285,7 @@ def _of_session(
         return folder / "machine.yaml", drawn, circles
     words = split(read_run_provenance(run).get("command", ""))
     given = [after for word, after in pairwise(words) if word == "--measured"]  # beside the folder, run elsewhere
-    places = {Path.cwd(), *folder.resolve().parents}
+    places = [Path.cwd(), folder.resolve(), *folder.resolve().parents]
     measured = [next((place / name for place in places if (place / name).exists()), name) for name in given]
     return folder / "machine.yaml", drawn or [run], circles or measured
 
