@@ -295,7 +295,8 @@ def require_within(holder: Any, of: str, where: str = "", **ranges: str) -> None
     for name, text in ranges.items():
         value, (low, high, words) = getattr(holder, name), _range(text)
         if not (low < value < high or (text[0] == "[" and value == low) or (text[-1] == "]" and value == high)):
-            raise FricError(f"{name} of {of} is {value:g}", where=where, hint=f"{name} must be {words}.")
+            given = f"{value:g}" if not abs(value) > 1e15 else "beyond all drives"
+            raise FricError(f"{name} of {of} is {given}", where=where, hint=f"{name} must be {words}.")
 
 
 def is_number(given: Any) -> bool:

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fric.figures.record import POINTS, draw_record
+from fric.figures.record import POINTS, draw_plan, draw_record
 from fric.figures.style import thinned
 from fric.log import Log
 from fric.records.inspection import inspect
+from tests.figures.cases import planned
 from tests.turns import in_turns
 
 
@@ -66,3 +67,9 @@ def test_thinning_keeps_every_peak():
     assert len(thin) < 10_000
     assert (thin.max(), thin.min()) == (5.0, -3.0)
     assert 777.0 in x
+
+
+def test_a_plan_that_determines_nothing_is_drawn():
+    """A logarithmic axis without a bar above 0 ended in a ValueError."""
+    figure = draw_plan(replace(planned(), expected={}))
+    figure.draw_without_rendering()

@@ -45,6 +45,14 @@ def test_without_dividing_by_s_the_plateau_is_low():
     assert -8.0 < low < -4.0
 
 
+def test_loops_of_one_amplitude_may_have_encoders_of_different_steps():
+    """Each record had bins of its own encoder's step, and their branches could not be put together."""
+    logs = [record(450e-6, step=step, seed=n) for n, step in enumerate((0.1e-6, 12e-6))]
+    curve = virgin_curve(loops_of(logs), PAPER)
+    assert curve.level == pytest.approx(PAPER.F_s, rel=0.02)
+    assert rms(curve) < 0.08 * PAPER.F_s
+
+
 def test_an_offset_does_not_bend_it():
     without = virgin_curve(loops_of(pair(step=0.0, noise=0.0)), PAPER)
     with_offset = virgin_curve(loops_of(pair(step=0.0, noise=0.0, offset=7.0)), PAPER)

@@ -212,7 +212,7 @@ def draw_plan(plan: Plan) -> Figure:
         right.barh(np.arange(len(names)), shares[kept], color=GREY)
         right.set_yticks(np.arange(len(names)), names)
         right.invert_yaxis()
-        right.set(xscale="log", xlabel="half-width over value [%]", title="95 % to be expected")
+        right.set(xscale="log" if names else "linear", xlabel="half-width over value [%]", title="95 % to be expected")
     return figure
 
 

@@ -239,8 +239,8 @@ def virgin_curve(
     parts, extent, steps = [], 0.0, list[tuple[float, float]]()
     last: tuple[Real, Real] | None = None
     for group in groups:
-        widest = max(cycle.amplitude for cycle in group)
-        places, cycles, levels = zip(*(_branches(record, (static, negative), widest) for record in group), strict=True)
+        edges = _edges(max(cycle.amplitude for cycle in group), max(cycle.record.motion.step for cycle in group))
+        places, cycles, levels = zip(*(_branches(record, (static, negative), edges) for record in group), strict=True)
         merged, place = np.vstack(cycles), np.nanmean(np.vstack(places), axis=0)
         seen = np.isfinite(merged).mean(axis=0) > 0.5
         keep = seen & (place > extent)
@@ -286,7 +286,7 @@ def _spliced(parts: list[tuple[str, Real, Real, float]], mismatch: float) -> Vir
 
 
 def _branches(
-    hysteresis: HysteresisCycles, maps: tuple[StaticMap | None, StaticMap | None], amplitude: float
+    hysteresis: HysteresisCycles, maps: tuple[StaticMap | None, StaticMap | None], edges: Real
 ) -> tuple[Real, Real, float]:
     """Return the halved branches of one record, binned: displacement, the mean of each cycle's directions, level."""
     motion, force, static = hysteresis.record.motion, hysteresis.record.force, maps[0]
@@ -296,7 +296,6 @@ def _branches(
         force = force - np.where(v < 0, back.sigma, static.sigma) * v
         swing = np.where(v < 0, back.level(v) + static.F_s, static.level(v) + back.F_s)
         ratio = swing / (static.F_s + back.F_s)
-    edges = _edges(amplitude, motion.step)
     found, levels = [], []
     for first, reversal, last in hysteresis.chosen():
         halves = [(first, reversal), (reversal, last)]
