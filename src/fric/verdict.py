@@ -442,7 +442,7 @@ def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) 
     """Return what less effort would cost, and what more effort would gain, where the difference is sure."""
     if evidence.exact and evidence.machines and evidence.glitches is None:
         decide = f"{evidence.machines} varied machines decide"
-        yield f"Here the controller has the exact parameters, as no real one has: {decide}."
+        yield f"The simulated controller knows its machine exactly, as no real one does: {decide}."
     less = [candidate for candidate in usable if 0 < candidate.demand < chosen.demand]
     more = [candidate for candidate in usable if candidate.demand > chosen.demand]
     if less:

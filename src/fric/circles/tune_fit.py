@@ -703,7 +703,7 @@ MISFIT = 3.0  # Largest residual of a result over the noise
 AT_BOUND = 0.97  # Share of a bound of the search above which a parameter counts as at it
 SMALL_STEP = 1e-4  # Step of derivatives between parameters and coordinates, in the logarithm
 SEEN = 0.08  # Uncertainty of a block's slip, as a share of an encoder step
-OPEN = 20.0  # Half of an interval of a logarithm above which the data set no limit
+OPEN = 7.0  # Half of an interval of a logarithm above which the data set no limit: a factor of a thousand
 OF = {p.name: p.dimension for p in (*StaticMap.parameters, *GMS.parameters)}  # Dimensions of the parameters
 
 
