@@ -190,7 +190,8 @@ def export_axis(
     scheme: The scheme: friction feedforward, and blocks. Its name, or itself; f (twincat: b) where not given.
     part: compensation; or machine, the axis itself as a plant to test a controller.
     single: Single precision (c).
-    circles: A measured circle, which must agree with the machine's prediction. A difference counts against the export.
+    circles: A measured circle. Where it differs from the machine's prediction, and the varied machines were not fitted
+        to it, that counts against the export.
     drawn: A run of the scheme on drawn machines (simulate circle). The verdict uses these run files.
     trial: A folder in which circles are run in LinuxCNC, beside their simulation. For the target ``linuxcnc``, as root,
         and from a checkout of fric: the bench is ``tests/linuxcnc``.
