@@ -287,7 +287,8 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
         raise FricError("the controller's gains take a circle without compensation", where=where, hint=RECORD)
     _, r, z, u, rate = test.of_effort({name: motion}).driven(name, "identifying gains")
     models = [_fitted(r, z, u, rate), _fitted(r, z, u, rate, LAG)]
-    times = float(np.divide(*(np.linalg.norm(fit.rest(found)) for fit, found, *_ in reversed(models))))
+    at_rate, slower = (float(np.linalg.norm(fit.rest(found))) for fit, found, *_ in models)
+    times = max(slower, 1e-300) / max(at_rate, 1e-300)
     late = times < EXACT and models[0][0].structured(models[0][1])
     slow = late or times < 1.0
     (fit, found, half, other), (_, second, beside, _) = models[::-1] if slow else models
