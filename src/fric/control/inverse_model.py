@@ -47,8 +47,7 @@ def filtered(b: Real, a: Real, memory: Real, x: float) -> float:
 
 @compiled_block
 def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
-    order = (state.size - 1) // 2
-    size = order + 1
+    size = (state.size - 1) // 2 + 1
     inverse, low_pass = state[1:size], state[size:]
     filtered(parameters[2 * size : 3 * size], parameters[3 * size :], low_pass, sample.control)
     position = sample.measured - state[0]
@@ -159,8 +158,7 @@ def _tustin(zeros: Sequence[complex], poles: Sequence[complex], gain: float, sam
         b = [value / (c - pole) for value in b]
     for _ in range(len(poles) - len(zeros)):
         b = convolved(b, [1.0, 1.0])
-    a = polynomial((c + pole) / (c - pole) for pole in poles)
-    return DifferenceEquation(_real(b), _real(a))
+    return DifferenceEquation(_real(b), _real(polynomial((c + pole) / (c - pole) for pole in poles)))
 
 
 def _held(zeros: Sequence[complex], poles: Sequence[complex], sampling: float) -> DifferenceEquation:

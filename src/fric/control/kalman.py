@@ -85,5 +85,4 @@ class Kalman(ControlBlock):
 
     def initial_state(self, setting: Setting) -> Real:
         """Return position, velocity, no disturbance, and no voltages on their way."""
-        whole = self.sampled(setting)[0].whole
-        return np.array([setting.seen, setting.velocity, 0.0, *np.zeros(whole + 2)])
+        return np.array([setting.seen, setting.velocity, 0.0, *np.zeros(self.sampled(setting)[0].whole + 2)])

@@ -14,7 +14,6 @@ JOINTS = {"x": 0, "y": 1, "z": 2, "a": 3, "b": 4, "c": 5}
 def linuxcnc_files(part: ExportedPart) -> Files:
     """Return the component of a part with its C source; for compensation also the wiring and a page."""
     values = c_values(part)
-    name = values["name"]
     component = f"fric_{identifier(part.axis)}_{COMPONENTS[part.role]}"
     more = values | {
         "component": component,
@@ -23,7 +22,7 @@ def linuxcnc_files(part: ExportedPart) -> Files:
     }
     files = dict(c_files(part)) | {f"{component}.comp": render(f"{part.role}.comp.j2", **more)}
     if part.role == "compensation":
-        files |= {f"{name}{end}": render(f"axis{end}.j2", **more) for end in (".hal", ".ini")}
+        files |= {f"{values['name']}{end}": render(f"axis{end}.j2", **more) for end in (".hal", ".ini")}
         files["README.md"] = render("linuxcnc.md.j2", **more)
     return files
 

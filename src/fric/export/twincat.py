@@ -50,9 +50,8 @@ def list_of(part: ExportedPart) -> tuple[Real, Real, float]:
         return sign * v[kept], force[kept], high
 
     (v_minus, f_minus, e_minus), (v_plus, f_plus, e_plus) = side(-1.0), side(1.0)
-    velocity = np.concatenate([v_minus[::-1], v_plus])
     force = np.concatenate([f_minus[::-1], f_plus])
-    return velocity, part.gain * force / part.K_f, max(e_minus, e_plus)
+    return np.concatenate([v_minus[::-1], v_plus]), part.gain * force / part.K_f, max(e_minus, e_plus)
 
 
 def _error(v: Real, force: Real, first: int, last: int) -> float:

@@ -281,13 +281,11 @@ class Body:
                 made = [ir.Assign(self.result, self.returned(value, self.result.type))]
             case ast.If(test=test, body=body, orelse=orelse):
                 condition = self.expression(test)
-                before = self.flush()
-                made = [*before, ir.Branch(condition, tuple(self.block(body)), tuple(self.block(orelse)))]
+                made = [*self.flush(), ir.Branch(condition, tuple(self.block(body)), tuple(self.block(orelse)))]
             case ast.For(target=ast.Name(id=name), iter=ast.Call(func=ast.Name(id="range"), args=[stop]), body=body):
-                variable = ir.Name(name, ir.INTEGER)
                 until = self.expression(stop)
                 self.variables[name] = ir.INTEGER
-                made = [ir.Count(variable, until, tuple(self.block(body)))]
+                made = [ir.Count(ir.Name(name, ir.INTEGER), until, tuple(self.block(body)))]
             case ast.For(target=ast.Name(id=name), iter=ast.Call(func=ast.Name(id="range"), args=limits), body=body):
                 made = self.unrolled(name, [self.expression(limit) for limit in limits], body, node)
             case ast.Expr(value=ast.Call() as value):
@@ -352,8 +350,7 @@ class Body:
         written: set[str] = set()
         aside = False
         for target, value in zip(targets.elts, values.elts, strict=True):
-            used = {node.id for node in ast.walk(value) if isinstance(node, ast.Name)}
-            aside = aside or bool(used & written)
+            aside = aside or bool({node.id for node in ast.walk(value) if isinstance(node, ast.Name)} & written)
             written |= {node.id for node in ast.walk(target) if isinstance(node, ast.Name)}
         if not aside:
             pairs = zip(targets.elts, values.elts, strict=True)
@@ -460,8 +457,7 @@ class _Reader:
             arrays = {of.symbol: of.base for of in known.values() if isinstance(of, ir.Array)}
             arguments = [ir.Name(name, of) for name, of in known.items() if not isinstance(of, (ir.Array, ir.Absent))]
             arguments += [ir.Name(symbol, of) for symbol, of in arrays.items()]
-            body = Body(self, python, known)
-            statements, result = body.whole(definition.body, self.type(signature.return_type))
+            statements, result = Body(self, python, known).whole(definition.body, self.type(signature.return_type))
             note = (inspect.getdoc(python) or "").partition("\n")[0]
             name = self._unique(definition.name.strip("_"), python.__module__.rpartition(".")[2])
             self.routines[key] = ir.Routine(name, tuple(arguments), statements, result, note)
