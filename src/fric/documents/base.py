@@ -458,10 +458,9 @@ class Document(Part):
         """
         if not isinstance(content, Mapping):
             content = read_off(cls, content, {"fric", *FOOT})
-        head = {"fric": cls.type_name()}
         foot = warned(notices) | {"provenance": provenance(logs) | dict(also or {})}
         try:
-            return cls.model_validate(head | dict(content) | foot, from_attributes=True)
+            return cls.model_validate({"fric": cls.type_name()} | dict(content) | foot, from_attributes=True)
         except ValidationError as error:
             odd = [
                 ".".join(map(str, found["loc"])) for found in error.errors()
@@ -536,8 +535,7 @@ class PartOf(Physical, Generic[T]):
     def entry(cls, field: DataclassField[Any], kind: Any, text: str | None) -> dict[str, tuple[Any, Any]]:
         """Return the keys of a field in a document, each with its type and its data for pydantic."""
         if field.name == "warnings":
-            aliases = AliasChoices("warnings_coded", "warnings")
-            coded: Any = Field(default_factory=list, validation_alias=aliases)
+            coded: Any = Field(default_factory=list, validation_alias=AliasChoices("warnings_coded", "warnings"))
             return {"warnings": (list[str], Field(default_factory=list)), "warnings_coded": (list[CodedWarning], coded)}
         return {field.name: (cls.of_type(kind), Field(description=text))}
 
@@ -611,8 +609,7 @@ def _part(base: type[PartOf[Any]], kind: type[Any]) -> Any:
     for field in fields(kind):
         if field.metadata.get("leaves", True):
             given |= base.entry(field, types[field.name], described.get(field.name))
-    name = f"{kind.__name__}Part"
-    made = create_model(name, __base__=base, __doc__=summary, __module__=__name__, **given)
+    made = create_model(f"{kind.__name__}Part", __base__=base, __doc__=summary, __module__=__name__, **given)
     made.held = kind
     return made
 

@@ -244,9 +244,8 @@ def friction_tree(tuned: TunedAxis, tests: Sequence[MeasuredCircle]) -> dict[str
     """Return the friction that circles gave an axis as a friction document."""
     estimates, axis = tuned.estimates, tuned.axis
     assert estimates is not None  # of what is improved
-    K_f = tuned.nominal.K_f
     text = {
-        "rmse": Estimate(tuned.after.rms * K_f, si_unit("force", axis.motion)),
+        "rmse": Estimate(tuned.after.rms * tuned.nominal.K_f, si_unit("force", axis.motion)),
         "method": "circles: voltage balance, " + ("full shape" if tuned.full else "level, stiffness, C and T_d"),
         "covariance": estimates.covariance,
     }

@@ -206,8 +206,7 @@ class MachineDocument(Document, type="machine"):
     def machine(self) -> Machine:
         """Return the machine in SI."""
         axes = {name: _axis(name, part) for name, part in self.axes.items()}
-        published = tuple(part.published() for part in self.published)
-        return Machine(self.name, axes, published, warnings=self.passed_on())
+        return Machine(self.name, axes, tuple(part.published() for part in self.published), warnings=self.passed_on())
 
     def passed_on(self) -> tuple[Notice, ...]:
         """Return the doubts of the axes' files, each once."""
@@ -422,8 +421,7 @@ def read_machine(
     ]  # fmt: skip
     doubtful = settled(finding for axis in axes.values() for finding in _of_axis(axis, str(path)))
     origin: dict[str, Any] = {"path": str(path), "nominal_files": list(nominal_files), "friction_model": friction_model}
-    warnings = (*machine.warnings, *doubtful, *designed)
-    return replace(machine, axes=axes, origin=origin | instead, warnings=warnings)
+    return replace(machine, axes=axes, origin=origin | instead, warnings=(*machine.warnings, *doubtful, *designed))
 
 
 def _of_axis(axis: Axis, where: str) -> Iterator[Finding]:

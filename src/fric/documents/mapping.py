@@ -143,12 +143,11 @@ class FileMapping(Part):
         """Return the fields of one file: those stated, and those that ``file`` reads from its stem."""
         if self.file is None:
             return dict(constants)
-        names = FIELD.findall(self.file)
         found = _taken_apart(constants["stem"], FIELD.split(self.file)[::2])
         if found is None:
             raise FricError(f"the name '{constants['stem']}' is not made like '{self.file}'", where=where,
                             hint="Mend `file:` in the mapping, or ingest such files on their own.")  # fmt: skip
-        return {**constants, **dict(zip(names, found, strict=True))}
+        return {**constants, **dict(zip(FIELD.findall(self.file), found, strict=True))}
 
 
 class MappingDocument(Document, FileMapping, type="mapping"):
