@@ -123,8 +123,7 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
             )
             variances = variances * np.exp(moved.x * on)
     tau, P, _ = seen(variances)
-    covariance = np.diag(tau**2) - np.outer(tau**2, tau**2) * P[1:, 1:]
-    values, vectors = np.linalg.eigh(covariance)
+    values, vectors = np.linalg.eigh(np.diag(tau**2) - np.outer(tau**2, tau**2) * P[1:, 1:])
     deviations = np.sqrt((variances * units)[1:])
     # of errors v, Q = ZᵀPZ has 1/(D + v) in each contrast that what is fixed leaves, and E|ZᵀPy|² = tr Q
     each = [slice(1 + end - n, 1 + end) for n, end in zip(counts, np.cumsum(counts), strict=True)]
@@ -256,8 +255,7 @@ def smoother_than_noise(residual: Real, quantile: float) -> bool:
 def widened(covariance: Real, *others: Real) -> Real:
     """Return a covariance (p, p) with each deviation the largest of several covariances."""
     errors, *beside = (np.sqrt(np.maximum(np.diag(array), 0.0)) for array in (covariance, *others))
-    widest = np.max([errors, *beside], axis=0)
-    widen = np.divide(widest, errors, out=np.ones_like(errors), where=errors > 0)
+    widen = np.divide(np.max([errors, *beside], axis=0), errors, out=np.ones_like(errors), where=errors > 0)
     return np.asarray(covariance * np.outer(widen, widen))
 
 
@@ -372,8 +370,7 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
     normals = np.array([X.T @ X for X in parts])
     shares = np.linalg.solve(normals.sum(axis=0), normals)
     wider = float(stdtrit(count - 1, 0.975)) / quantile
-    gained = wider**2 * np.einsum("rij,jk,rlk->il", shares, T, shares)
-    return Between(gained, np.sqrt(np.diag(T)), off, chance)
+    return Between(wider**2 * np.einsum("rij,jk,rlk->il", shares, T, shares), np.sqrt(np.diag(T)), off, chance)
 
 
 def pooled(values: Real, covariances: Real, shared: Mask) -> tuple[Real, Real]:

@@ -101,8 +101,7 @@ def _sine_of(t: Real, position: Real) -> Real | None:
     slow = np.zeros(len(t), dtype=bool)
     for _ in range(2):  # the first shows where it is slow
         weights = np.linalg.lstsq(columns[~slow], position[~slow], rcond=None)[0]
-        phase = np.arctan2(weights[1], -weights[2])
-        slow = np.abs(np.cos(angle + phase)) < 0.5
+        slow = np.abs(np.cos(angle + np.arctan2(weights[1], -weights[2]))) < 0.5
     return np.asarray(columns @ weights)
 
 
@@ -116,8 +115,7 @@ def foreign_compensation(log: Log) -> Notice | None:
     if (followed := tracking(log)) is None:
         return None
     t, rest = log.time, followed.rest
-    least = KICKED * float(np.quantile(np.abs(rest[followed.far]), 0.99))
-    least = max(least, KICK_COUNTS * visible_step(followed.position))
+    least = max(KICKED * np.quantile(np.abs(rest[followed.far]), 0.99), KICK_COUNTS * visible_step(followed.position))
     found = [_kick(t, followed.reference, rest, *span) for span in followed.spans]
     kicks = [
         kick for kick in found
@@ -209,8 +207,7 @@ def transmission_of(log: Log) -> Transmission | None:
     if log.position is None or log.load_position is None:
         return None
     z, turns = log.position, find_reversals(log.position)
-    edges = np.array([0, *turns, len(z) - 1])
-    whole = [(a, b) for a, b in pairwise(edges) if b - a >= SHORTEST]
+    whole = [(a, b) for a, b in pairwise(np.array([0, *turns, len(z) - 1])) if b - a >= SHORTEST]
     stroke, sense = np.full(len(z), -1), np.zeros(len(z))
     for n, (a, b) in enumerate(whole):
         stroke[a:b][np.abs(z[a:b] - z[a]) > AFTER * abs(z[b] - z[a])] = n
@@ -220,8 +217,7 @@ def transmission_of(log: Log) -> Transmission | None:
     if len(np.unique(label)) < STROKES or len(np.unique(sense[used])) < 2:
         return None
     unit, difference = log.unit("position"), (z - log.load_position)[used]
-    span = float(np.ptp(z)) or 1.0
-    columns = np.column_stack([np.ones(len(label)), z[used] / span, 0.5 * sense[used]])
+    columns = np.column_stack([np.ones(len(label)), z[used] / (float(np.ptp(z)) or 1.0), 0.5 * sense[used]])
 
     values, half = _fitted(columns, columns, difference, label)
     lost = Estimate.around(float(values[2]), unit, float(half[2]))
@@ -335,8 +331,7 @@ def _jitter(z: Real, t: Real, encoder: float) -> Timing:
     if moving.sum() < 8 or np.median(higher[moving]) < WHITE * np.median(power[moving]):
         return Timing()
     floor = encoder**2 / 12.0
-    excess = power[moving] - floor
-    tau2 = excess / v2[moving]
+    tau2 = (power[moving] - floor) / v2[moving]
     found = float(np.median(tau2))
     error = 1.2533 * robust_deviation(tau2 - found) / np.sqrt(moving.sum())
     speed = float(np.sqrt(np.median(v2[moving])))

@@ -220,8 +220,7 @@ def energy_warnings(energies: Real, ends: Real, motion: Motion) -> list[Notice]:
         return []
     usual = float(np.median(energies))
     off = np.flatnonzero(np.abs(energies - usual) > STANDS_OFF * abs(usual))
-    spread = float(np.median(np.abs(energies - usual)))
-    off = off[np.abs(energies[off] - usual) > 6 * spread]
+    off = off[np.abs(energies[off] - usual) > 6 * float(np.median(np.abs(energies - usual)))]
     if len(off) and len(off) < 0.5 * len(energies) and off[-1] - off[0] + 1 == len(off):
         there, elsewhere = float(energies[off].mean()), float(np.delete(energies, off).mean())
         span = {"begin": float(ends[off[0]]), "end": float(ends[off[-1] + 1])}

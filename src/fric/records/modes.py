@@ -202,8 +202,7 @@ def _seen(log: Log) -> list[ModePart]:
         return []
     switches = [n for n in range(1, len(starts)) if large[starts[n]] != large[starts[n - 1]]]
     edges = [0, *switches, len(starts)]
-    between = len(large) - len(starts)
-    if not switches or np.diff(edges).min() < STROKES or between > len(switches):
+    if not switches or np.diff(edges).min() < STROKES or len(large) - len(starts) > len(switches):
         return []
     cuts = [0, *(starts[n] for n in switches), len(log)]
     names = ["off" if large[starts[n]] else "on" for n in edges[:-1]]

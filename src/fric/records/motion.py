@@ -161,8 +161,7 @@ def _smoothest(t: Real, instant: Real, value: Real, spread: Real, knot: float) -
     from scipy.interpolate import BSpline
     from scipy.linalg import cho_solve_banded, cholesky_banded
 
-    count = int(np.ceil((t[-1] - t[0]) / knot))
-    knots = t[0] + knot * np.arange(-DEGREE, count + DEGREE + 1)
+    knots = t[0] + knot * np.arange(-DEGREE, int(np.ceil((t[-1] - t[0]) / knot)) + DEGREE + 1)
     unit = float(np.median(spread))
     inside = np.clip(instant, knots[DEGREE], knots[-DEGREE - 1])  # an end may be beyond by its last digit
     basis: Any = BSpline.design_matrix(inside, knots, DEGREE)

@@ -164,8 +164,7 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
     angle = 2.0 * np.pi * frequency * t
     columns = np.column_stack([line, np.sin(angle), np.cos(angle)])
     weights = np.linalg.lstsq(columns, z, rcond=None)[0]
-    misfit = float(np.sum((z - columns @ weights) ** 2))
-    explained = 1.0 - misfit / spread
+    explained = 1.0 - float(np.sum((z - columns @ weights) ** 2)) / spread
     if explained < SINE_FIT or frequency * span < 1.0:
         return None
     amplitude, velocity = float(np.hypot(weights[2], weights[3])), float(weights[1]) / span
@@ -260,8 +259,7 @@ def force_rises(log: Log, reversals: Indices) -> list[tuple[float, int, float]]:
         up = float(np.median(force[len(force) // 2 :])) - float(force[0])
         if up != 0.0:
             risen = int(np.argmax((force - force[0]) / up >= 0.9))
-            along = up * (z[-1] - z[0]) > 0.0
-            travel = abs(float(z[risen] - z[0])) if along else 0.0
+            travel = abs(float(z[risen] - z[0])) if up * (z[-1] - z[0]) > 0.0 else 0.0
             found.append((travel / abs(float(z[-1] - z[0])), risen, travel))
     return found
 
@@ -296,8 +294,7 @@ def _is_broad_band(log: Log) -> bool:
     velocity = np.gradient(log.position, log.time)
     noise = max(noise_level(log.position), (lattice_step(log.position) or 0.0) / np.sqrt(12.0))
     shaking = noise * np.sqrt(2.0) / float(np.median(np.diff(log.time)))
-    lines = min(spectral_lines(velocity), spectral_lines(effort))
-    return bool(lines >= LINES and velocity.std() > 3.0 * shaking)
+    return bool(min(spectral_lines(velocity), spectral_lines(effort)) >= LINES and velocity.std() > 3.0 * shaking)
 
 
 def spectral_lines(signal: Real) -> float:

@@ -185,8 +185,7 @@ def drive_off(log: Log) -> Mask:
     found = np.zeros(len(log), bool)
     if log.force is None or log.position is None or not np.any(log.force == 0.0) or not fine(log.force):
         return found
-    still = np.append(np.diff(log.position) == 0.0, True) & (log.force == 0.0)
-    for begin, end in _runs(still):
+    for begin, end in _runs(np.append(np.diff(log.position) == 0.0, True) & (log.force == 0.0)):
         if end - begin > STUCK and log.time[end - 1] - log.time[begin] >= OFF:
             found[begin:end] = True
     return found

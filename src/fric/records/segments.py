@@ -93,8 +93,7 @@ def finer(log: Log) -> Log:
         return log
     noise = max(noise_level(z), (lattice_step(z) or 0.0) / np.sqrt(12.0))
     alone = replace(log, position=None)
-    coarse = noise > COARSE * dt * float(np.quantile(np.abs(v), 0.98))
-    if not coarse:
+    if noise <= COARSE * dt * float(np.quantile(np.abs(v), 0.98)):
         return log
     drift = np.polynomial.Polynomial.fit(log.time, off := travelled(alone) - z, 1)
     return alone if np.std(off - drift(log.time)) < SAME * noise else log
@@ -311,8 +310,7 @@ def _regressed(x: Real, y: Real) -> tuple[float, float]:
     coefficient = float(x @ y) / squares
     scores = x * (y - coefficient * x if np.ptp(x) == 0 else y - y.mean() - coefficient * x)
     batches = min(30, len(x) // 2)
-    edges = np.linspace(0, len(x), batches, endpoint=False).astype(int)
-    sums = np.add.reduceat(scores, edges)
+    sums = np.add.reduceat(scores, np.linspace(0, len(x), batches, endpoint=False).astype(int))
     return coefficient, float(np.sqrt(sums @ sums * batches / (batches - 1))) / squares
 
 
@@ -471,8 +469,7 @@ def velocity_swing(log: Log, segment: Segment) -> float:
     if log.position is None:
         v = np.asarray(log.velocity)[part]
         noise = float(np.var(np.diff(v))) / 2
-        spread = max(float(np.var(v)) - noise, 0.0)
-        swing = float(np.sqrt(spread)) / abs(segment.velocity)
+        swing = float(np.sqrt(max(float(np.var(v)) - noise, 0.0))) / abs(segment.velocity)
         return swing if swing > SWINGS else 0.0
     count = lattice_step(log.position[part][:ENOUGH]) or 0.0
     z = log.position[part] - segment.velocity * t
