@@ -208,8 +208,7 @@ class ContourTest:
     def machine(self) -> Path | None:
         """The machine file that it was run on, if it still exists; or the name of a bundled machine."""
         path = str(self.provenance.get("origin", {}).get("path", ""))
-        known = path in bundled("machine") or (path and Path(path).exists())
-        return Path(path) if known else None
+        return Path(path) if path in bundled("machine") or (path and Path(path).exists()) else None
 
     @property
     def of_file(self) -> str:
@@ -341,8 +340,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
         elif kind == "log":
             of_file = read_records(path)
             records += of_file
-            kinds = dict.fromkeys(str(record.kind) for record in of_file)
-            logs.append((path.name, ", ".join(kinds)))
+            logs.append((path.name, ", ".join(dict.fromkeys(str(record.kind) for record in of_file))))
         elif kind == "circle":
             measured.append(path)
         elif kind == "machine":
@@ -394,9 +392,8 @@ def _sorted(items: Sequence[Item], tests: Sequence[ContourTest], records: Sequen
             alike = _by_date([item for item in items if (item.kind, item.axis) == (kind, axis)])
             last = alike[-1]
             replaced += [item for item in alike[:-1] if _carried_over(item, last)]
-            before = [item for item in alike[:-1] if not _carried_over(item, last)]
             newest.append(last)
-            pairs += [(earlier, last) for earlier in before]
+            pairs += [(item, last) for item in alike[:-1] if not _carried_over(item, last)]
     last_tests, test_pairs = [], []
     for same in dict.fromkeys(test.same for test in tests):
         runs = _by_date([test for test in tests if test.same == same])

@@ -344,8 +344,7 @@ def _measured(
         found.append(cycle)
         replayed = model.replay(log.time, motion.position, motion.velocity)
         start = int(cycle.record.reversals[0])  # the state before the first reversal is not known
-        every = max(1, (len(force) - start) // CYCLE_POINTS)
-        part = slice(start, None, every)
+        part = slice(start, None, max(1, (len(force) - start) // CYCLE_POINTS))
         replayed += float(np.mean(force[start:] - replayed[start:]))  # the constant force of the record, as in the fit
         middle = 0.5 * float(motion.position.max() + motion.position.min())
         hysteresis.append(ReplayedCycle(log.name, motion.position[part] - middle, force[part], replayed[part]))
@@ -425,8 +424,7 @@ def virgin_curves(item: Item, curves: FrictionCurves) -> list[PageFigure]:
     """Return the virgin curve with its band and knots, over displacement and over its logarithm."""
     if (found := curves.virgin) is None:
         return []
-    unit = si_unit("position", item.motion)
-    text = ", ".join(readable(float(knot), unit) for knot in found.knots)
+    text = ", ".join(readable(float(knot), si_unit("position", item.motion)) for knot in found.knots)
     rise = readable(float(found.at_knots[-1]), si_unit("force", item.motion))
     alt = f"Virgin curve of axis {item.axis}: from rest the friction rises to {rise}"
     alt += f"; its {len(found.knots)} blocks slip at {text}."
@@ -483,8 +481,7 @@ def motions(item: Item, logs: Sequence[Log]) -> list[PageFigure]:
 
 def q_filter(item: Item, Delta: Perturbation | None) -> PageFigure:
     """Return |Q| with what limits it: eq. (8), the peak sensitivity, and 1/|Delta| where it is known."""
-    sections = item.sections()["observer"]
-    name, cutoff = str(item.tree.get("filter", "binomial2")), float(sections["cutoff"])
+    name, cutoff = str(item.tree.get("filter", "binomial2")), float(item.sections()["observer"]["cutoff"])
     limits = item.tree.get("limits", {})
     known = {key: limit["cutoff"]["value"] for key, limit in limits.items() if limit.get("cutoff")}
     largest = {key: QFilter(name, value) for key, value in known.items() if abs(value / cutoff - 1) > 1e-3}
@@ -519,8 +516,7 @@ def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> PageFi
     named = ", ".join(change.name for change in shown if change.verdict == "moved")
     alt = f"Relative change of {len(shown)} numbers with 95 % intervals; {named or 'none'} moved beyond them."
     caption = "Diamonds: the interval of the difference does not hold 0. Circles: it does."
-    figure = draw_drift([change.name for change in shown], percent, moved)
-    return PageFigure(identity, title, caption, alt, figure)
+    return PageFigure(identity, title, caption, alt, draw_drift([change.name for change in shown], percent, moved))
 
 
 def magnification(test: ContourTest) -> float:

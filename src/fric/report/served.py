@@ -204,8 +204,7 @@ def _stated(guess: Guess, asked: Mapping[str, Any]) -> Guess:
 
 def _followed(guess: Guess, document: MappingDocument) -> dict[str, Any]:
     """Return the result of a mapping on the first rows of a file: channels in SI, and their inspection."""
-    names = [column.name for column in guess.table.columns]
-    mapping = document.of(guess.table.path, names, guess.axis.name)
+    mapping = document.of(guess.table.path, [column.name for column in guess.table.columns], guess.axis.name)
     try:
         chosen = plan(guess.table, mapping, None, guess.axis.motion, {})
         blocks = list(guess.table.read(chosen.wanted))

@@ -86,8 +86,7 @@ class Report(Result):
     def report(self) -> Sequence[str]:
         """Return the verdict, the result of a measured circle, and drift."""
         verdicts = [line for test in self.inputs.tests for line in self.inputs.verdict(test).lines()]
-        drifts = (f"{drift['of']}: {drift['told']}" for drift in self.document["drift"])
-        return [*verdicts, *drifts]
+        return [*verdicts, *(f"{drift['of']}: {drift['told']}" for drift in self.document["drift"])]
 
     @property
     def warnings(self) -> Sequence[Notice]:

@@ -62,10 +62,9 @@ def _group(
     item: Item, section: str, entries: Mapping[str, Mapping[str, Any]], fit: Sequence[tuple[str, str]], block: Any
 ) -> dict[str, Any]:
     rows = estimate_rows(entries)
-    names = plain_names(row[0] for row in rows)
     return {
         "section": section, "source": item.source, "fit": fit,
-        "rows": [(*row, name) for row, name in zip(rows, names, strict=True)],
+        "rows": [(*row, name) for row, name in zip(rows, plain_names(row[0] for row in rows), strict=True)],
         "correlations": correlations(block.covariance()) if block is not None else (),
     }  # fmt: skip
 
