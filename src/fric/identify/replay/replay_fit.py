@@ -159,8 +159,7 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     free = contrasts.shape[1]
     between = (each[1:] - each[1:].mean(axis=1, keepdims=True)).T
     X = np.column_stack([columns @ contrasts, columns @ between, shown])
-    size = np.linalg.norm(X, axis=0)
-    if np.linalg.cond(X / size) > CONDITION:
+    if np.linalg.cond(X / np.linalg.norm(X, axis=0)) > CONDITION:
         return None
     found = np.linalg.lstsq(X, best.residual, rcond=None)[0]
     V = replay_covariance(X, best.residual - X @ found, records, quantile)[:free, :free]
@@ -693,8 +692,7 @@ def settled(blocks: CubicSpline, target: Real, places: Real, steps: int, apart: 
         columns = blocks(at)
         shares = np.linalg.solve(columns @ columns.mT + tiny, columns @ target[..., None])[..., 0]
         rest = target - (shares[:, None] @ columns)[:, 0]
-        possible = (shares > 0.0).all(axis=1) & _told_apart(at, apart)
-        left = np.where(possible, np.sum(rest**2, axis=1), np.inf)
+        left = np.where((shares > 0.0).all(axis=1) & _told_apart(at, apart), np.sum(rest**2, axis=1), np.inf)
         return columns, np.asarray(shares, float), np.asarray(rest, float), left
 
     slope, count = blocks.derivative(), places.shape[1]
@@ -720,8 +718,7 @@ def settled(blocks: CubicSpline, target: Real, places: Real, steps: int, apart: 
 
 def _told_apart(places: Real, apart: float) -> Mask:
     """Return the sets of blocks (m, N) whose knots are all separable, over F_s [m/N]."""
-    knots = np.sort(np.exp(-places), axis=1)
-    return np.asarray((np.diff(knots, axis=1) >= apart).all(axis=1))
+    return np.asarray((np.diff(np.sort(np.exp(-places), axis=1), axis=1) >= apart).all(axis=1))
 
 
 def _tiny(target: Real, count: int) -> Real:
@@ -929,7 +926,6 @@ def _described(
     static: Mapping[str, Estimate] | None,
     beyond: Beyond | None,
 ) -> ReplayFit:
-    """Return the fit with intervals and warnings."""
     coordinates, records = search.coordinates, tuple(search.records)
     motion, x, seen = records[0].log.motion, best.x, search.seen(best)
     covariance, levels, quantile = np.full((len(x), len(x)), np.nan), None, _quantile(best, len(x))
@@ -1051,8 +1047,7 @@ def _scatter(
     for n, name in enumerate(records[0].done.own):
         values = [c[n] for c, record in zip(variance, records, strict=True) if record.done.own[n:][:1] == (name,)]
         if len(values) == len(records) > 2 and name != "damping":
-            unit = si_unit(DIMENSIONS[name], records[0].log.motion)
-            found[name] = Estimate(float(np.std(values, ddof=1)), unit)
+            found[name] = Estimate(float(np.std(values, ddof=1)), si_unit(DIMENSIONS[name], records[0].log.motion))
     return found
 
 

@@ -233,8 +233,7 @@ def search_ranges(records: Sequence[Prepared]) -> Ranges:
     to the stroke, and other dimensions follow.
     """
     force = max(float(np.quantile(np.abs(r.force[r.used] - np.median(r.force[r.used])), 0.99)) for r in records)
-    speeds = np.concatenate([np.abs(r.motion.velocity[r.used]) for r in records])
-    fastest = float(np.quantile(speeds, 0.99))
+    fastest = float(np.quantile(np.concatenate([np.abs(r.motion.velocity[r.used]) for r in records]), 0.99))
     strokes = [float(np.ptp(r.motion.position)) for r in records]
     stroke = max(strokes)
     grain = [
