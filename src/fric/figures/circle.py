@@ -149,8 +149,7 @@ def reversal_figure(runs: Sequence[CircleRun]) -> Figure:
         panels = figure.subplots(2, columns, sharex=True, sharey="row", squeeze=False, height_ratios=(1, 1.25))
         for (above, below), run in zip(panels.T, runs, strict=True):
             trace = run.traces[name]
-            centre = last_reversal(trace, half)
-            t = (trace.time - centre) * 1e3
+            t = (trace.time - last_reversal(trace, half)) * 1e3
             near = np.abs(t) <= half * 1e3
             above.plot(t[near], (trace.position - trace.reference)[near] * 1e6, color=BLUE)
             above.set_title(f"({run.scheme.name})\n{run.scheme.title}", fontsize=8)
@@ -341,8 +340,7 @@ def along_figure(contours: Sequence[SchemeContour]) -> Figure:
     with new_figure(7.2, 3.6) as figure:
         axes = figure.subplots()
         for n, contour in enumerate(contours):
-            name = f"now:{contour.scheme.name}"
-            axes.plot(contour.place * 1e3, contour.error * 1e6, gid=name, **look_of(n, contour))
+            axes.plot(contour.place * 1e3, contour.error * 1e6, gid=f"now:{contour.scheme.name}", **look_of(n, contour))
         axes.set(xlabel="station [mm]", ylabel="contour error [µm]")
         axes.legend(loc="upper right")
     return figure

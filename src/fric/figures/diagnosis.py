@@ -31,8 +31,7 @@ def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figu
     test = found.test
     with new_figure(9.4, 4.6) as figure:
         spec = figure.add_gridspec(2, 4)
-        polar = cast(PolarAxes, figure.add_subplot(spec[:, :2], projection="polar"))
-        grid = _polar(polar, found)
+        grid = _polar(cast(PolarAxes, figure.add_subplot(spec[:, :2], projection="polar")), found)
         magnified = test.radius * 1e6 / (2 * LINES * grid)
         places = {"+x": (0, 2), "+y": (0, 3), "-x": (1, 2), "-y": (1, 3)}
         shared = None
@@ -127,8 +126,7 @@ def draw_tuned(axis: TunedAxis) -> Figure:
             t = (angle[near] - place) * sense * scale
             m, a, offset = axis.after.plant[0], axis.after.plant[1], axis.after.plant[2 + n]
             rest = -m * record.inertia[record.used] - a * record.damping[record.used] - offset
-            coordinates = axis.after.balance.coordinates
-            measured = record.delayed(coordinates.delay(axis.after.x)) + rest
+            measured = record.delayed(axis.after.balance.coordinates.delay(axis.after.x)) + rest
             after, before = axis.after.parts()[n], axis.before.parts()[n]
             above.plot(t, measured[near], color=GREY, linewidth=2.4, label="measured")
             above.plot(t, (measured - before)[near], color=VERMILION, linestyle="--", label="replayed before")

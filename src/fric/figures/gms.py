@@ -165,8 +165,7 @@ def _replay(axes: Axes, record: Replay, force: Scale, *, legend: bool) -> None:
     t, measured = record.record.motion.time, record.record.force
     axes.plot(t, measured * force[0], color=GREY, lw=1.6, label="measured")
     axes.plot(t, record.replayed * force[0], color=BLUE, lw=0.8, label="replayed")
-    seen = record.record.used | record.held_out
-    difference = np.where(seen, measured - record.replayed, np.nan)
+    difference = np.where(record.record.used | record.held_out, measured - record.replayed, np.nan)
     axes.plot(t, difference * force[0], color=VERMILION, lw=0.5, label="difference")
     if record.held_out.any():
         axes.axvspan(t[record.held_out][0], t[-1], color=ORANGE, alpha=0.12, lw=0, label="held out")

@@ -201,8 +201,7 @@ def draw_plan(plan: Plan) -> Figure:
         if hasattr(model, "virgin_curve"):
             middle.semilogx(z * length, model.virgin_curve(z) * top, color=BLACK, label="virgin curve")
         for n, amplitude in enumerate(amplitudes):
-            label = "" if n else "amplitudes"
-            middle.axvline(amplitude * length, color=BLUE, linestyle="--", label=label)
+            middle.axvline(amplitude * length, color=BLUE, linestyle="--", label="" if n else "amplitudes")
         middle.set(xlabel=f"displacement [{metre}]", ylabel=f"friction [{force}]", title="sines before sliding")
         middle.legend(loc="upper left")
         shown = [(name, expected) for name, expected in plan.expected.items() if expected.value]
