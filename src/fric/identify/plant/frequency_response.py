@@ -61,8 +61,7 @@ def find_period(values: Real) -> int | None:
     n = len(values)
     along = np.arange(n) - 0.5 * (n - 1)
     x = values - np.mean(values) - along * (along @ values / max(float(along @ along), 1.0))
-    power = np.abs(fft.rfft(x, fft.next_fast_len(2 * n))) ** 2
-    r = fft.irfft(power)[: n // 2 + 1]
+    r = fft.irfft(np.abs(fft.rfft(x, fft.next_fast_len(2 * n))) ** 2)[: n // 2 + 1]
     if r[0] <= 1e-24 * n * max(float(np.max(np.abs(values))), 1e-300) ** 2:
         return None
     r = r / r[0] * (n / (n - np.arange(len(r))))  # of as many products as each lag has
@@ -108,8 +107,7 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
     U, Z = (periods(x, period) for x in (input, position))
     if count > 2 and _swings_in(U, Z):  # its transient is no drift of the others
         U, Z = (periods(x[-(count - 1) * period :], period) for x in (input, position))
-    frequency = np.arange(1, U.shape[1] + 1) * sampling / period
-    return Spectra(frequency, np.ones_like(U), U, Z, len(U), 1.0)
+    return Spectra(np.arange(1, U.shape[1] + 1) * sampling / period, np.ones_like(U), U, Z, len(U), 1.0)
 
 
 def periods(values: Real, period: int) -> Complex:
@@ -229,8 +227,7 @@ def estimate(spectra: Spectra) -> tuple[Complex, Real, Real]:
     alone = np.max(np.abs(R) ** 2, axis=0) > ALONE * power  # a single row fits itself, and does not show its error
     usable = np.isfinite(variance) & np.isfinite(G) & (np.abs(G) > 0) & ~alone
     variance = _smoothed(np.where(usable, variance, np.inf), 2 * (p - 1))
-    deviation = np.sqrt(variance / 2)
-    return np.where(usable, G, 0.0), deviation, 1 / (1 + spectra.averages * variance)
+    return np.where(usable, G, 0.0), np.sqrt(variance / 2), 1 / (1 + spectra.averages * variance)
 
 
 def _smoothed(variance: Real, freedom: int) -> Real:
@@ -329,8 +326,7 @@ def distortion(spectra: Spectra, driven: Mask) -> Real:
     if len(quiet) < 4 or np.any(U[at] == 0) or np.any(Z[at] == 0):
         return found
     f, log_G = np.log(spectra.frequency), np.log(Z[at] / U[at])
-    angle = np.unwrap(log_G.imag)
-    G = np.exp(np.interp(f[quiet], f[at], log_G.real) + 1j * np.interp(f[quiet], f[at], angle))
+    G = np.exp(np.interp(f[quiet], f[at], log_G.real) + 1j * np.interp(f[quiet], f[at], np.unwrap(log_G.imag)))
     voltage = np.abs(Z[quiet] / G - U[quiet]) ** 2
     for n, k in enumerate(at):
         near = np.argsort(np.abs(f[quiet] - f[k]))[:QUIET] if len(quiet) > QUIET else slice(None)

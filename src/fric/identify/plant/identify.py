@@ -123,12 +123,10 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
         n = int(np.argmin(cost))
         if cost[n] < best:
             best, at = float(cost[n]), np.array([A, log_B, T_d[n]])
-    if best > 1.0:
-        turned = weight @ np.cos(np.angle(-response * 1j * omega * (1j * omega + at[0])))
-        if turned > 0.5:
-            raise FricError(
-                "the response is that of eq. (1) with the sign turned", hint="Set sign: -1 for input or position."
-            )
+    if best > 1.0 and weight @ np.cos(np.angle(-response * 1j * omega * (1j * omega + at[0]))) > 0.5:
+        raise FricError(
+            "the response is that of eq. (1) with the sign turned", hint="Set sign: -1 for input or position."
+        )
     return at, best
 
 
@@ -285,8 +283,7 @@ def solve(
     added: list[float | Real] = [0.0] * len(sets) if misfits is None else list(misfits)
     found = fitted(added, start)
     plain = chi2 = 2 * float(found.cost) / max(rows - len(start), 1)
-    unexplained = chi2 * freedom > chdtri(freedom, 1 - MISFIT)
-    if misfits is None and unexplained and all(lines.known for lines in sets):
+    if misfits is None and chi2 * freedom > chdtri(freedom, 1 - MISFIT) and all(lines.known for lines in sets):
         # without the misfit a fit of lines that friction bends ends anywhere
         x, parts = (start, BLOCKS) if friction == "hysteresis" else (found.x, 1)
         for _ in range(60):  # the misfit with which chi-squared is its freedom
@@ -317,12 +314,9 @@ def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines], covariance:
     """
     if min(len(lines.frequency) for lines in sets) < 2 * FEWEST_LINES:
         return np.zeros((len(found.x), len(found.x)))
-    label = []
-    for number, lines in enumerate(sets):
-        label += 2 * [_blocks(lines, BLOCKS) + BLOCKS * number]
+    label = [np.tile(_blocks(lines, BLOCKS) + BLOCKS * number, 2) for number, lines in enumerate(sets)]
     moved = statistics.jackknife(found.jac, found.fun, np.concatenate(label))
-    wider = SCATTER_BY_CHANCE * float(stdtrit(BLOCKS - 1, 0.975)) ** 2
-    sure = np.diag(moved) > wider * np.diag(covariance)
+    sure = np.diag(moved) > SCATTER_BY_CHANCE * float(stdtrit(BLOCKS - 1, 0.975)) ** 2 * np.diag(covariance)
     return np.asarray(np.where(np.outer(sure, sure), moved, 0.0))
 
 
@@ -793,8 +787,7 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[PlantSo
     if np.any(np.isnan(gains)) or np.ptp(gains) <= GAINS_APART * np.max(np.abs(gains)):
         return together, alone
     slope, level = np.polyfit(gains, seen, 1)  # a search from 0 may end where A of one record is held at 0
-    least = fits[int(np.argmin(gains))].solution.values
-    start = np.array([max(float(level), 0.0), *least[1:3], slope])
+    start = np.array([max(float(level), 0.0), *fits[int(np.argmin(gains))].solution.values[1:3], slope])
     split = solve(sets, friction="coulomb", misfits=misfits, resonance=mode, start=start)
     value, deviation = float(split.values[3]), float(np.sqrt(split.covariance[3, 3]))
     alike = max(_alike(split, lines, misfit) for lines, misfit in zip(sets, misfits, strict=True))
@@ -914,17 +907,14 @@ def _is_determined(solution: PlantSolution, lines: Lines) -> bool:
     """
     half, values = solution.half_widths()[3:], solution.values[3:]
     ratio = len(values) < 3 or bool(half[2] < values[2] < 0.99)
-    at = float(np.exp(values[0]))
-    within = BELOW * float(lines.frequency.min()) <= at <= float(lines.frequency.max())
+    within = BELOW * float(lines.frequency.min()) <= float(np.exp(values[0])) <= float(lines.frequency.max())
     return ratio and within and bool(half[0] < 0.1)
 
 
 def _best_mode(lines: Lines) -> Found | None:
     """Return the best fit with a second mass, for a motor or a table encoder; None with too few lines."""
-    if len(lines.frequency) < 10:
-        return None
     low, high = float(lines.frequency.min()), float(lines.frequency.max())
-    if high < 4 * low:
+    if len(lines.frequency) < 10 or high < 4 * low:
         return None
     encoders: tuple[Encoder, ...] = ("motor", "table")
     grid = np.geomspace(BELOW * low, 1.2 * high, 24)
@@ -950,8 +940,7 @@ def _starts(lines: Lines, encoder: Encoder, frequencies: Real) -> list[tuple[Res
             except FricError:
                 continue
             tried.append((cost, resonance, start))
-    tried.sort(key=lambda pair: pair[0])
-    return [(resonance, start) for _, resonance, start in tried]
+    return [(resonance, start) for _, resonance, start in sorted(tried, key=lambda mode: mode[0])]
 
 
 def _without_outliers(lines: Lines, resonance: Resonance | None, start: Real | None = None) -> Found:
@@ -965,8 +954,7 @@ def _without_outliers(lines: Lines, resonance: Resonance | None, start: Real | N
             break
         kept = ~outlying
         start = solution.values[:3]
-        again = solution.form.resonance(solution.values)
-        solution = solve([at(lines, kept)], resonance=again, start=start)
+        solution = solve([at(lines, kept)], resonance=solution.form.resonance(solution.values), start=start)
     return Found(solution, kept)
 
 
@@ -1003,8 +991,7 @@ def described(
         yield from _of_friction(fits, friction, estimates)
         yield response.A_HOLDS_VISCOUS.found()
     if not estimates["A"].fixed and float(estimates["A"]) <= float(solution.half_widths()[0]):
-        lowest = min(float(fit.measured.table.frequency[fit.used].min()) for fit in fits)
-        yield response.A_OPEN.found(lowest=lowest)
+        yield response.A_OPEN.found(lowest=min(float(fit.measured.table.frequency[fit.used].min()) for fit in fits))
     edge = hold_delay(hold) if hold else 0.0
     if float(estimates["T_d"]) <= edge * (1 + 1e-6):
         yield response.T_D_AT_BOUND.found(hold=bool(hold))
@@ -1037,8 +1024,7 @@ def _of_friction(
 
 def _holds_friction(fits: Sequence[ResponseFit], friction: FrictionInfluence) -> bool:
     """Return whether friction may be more than a small share of A, and no two amplitudes separate it."""
-    added = [_friction_seen(fit) for fit in fits]
-    small = all(value is not None and value < SMALL for value in added)
+    small = all(share is not None and share < SMALL for share in map(_friction_seen, fits))
     return not (friction.compared or small) and bool(np.any(np.nan_to_num(friction.gains) > 0))
 
 
@@ -1191,8 +1177,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
 
     values = np.asarray(np.linalg.lstsq(X, y, rcond=None)[0], float)
     residual = y - X @ values
-    spread = np.std(residual, ddof=1)
-    deviation = spread * np.sqrt(np.diag(np.linalg.inv(X.T @ X)))
+    deviation = np.std(residual, ddof=1) * np.sqrt(np.diag(np.linalg.inv(X.T @ X)))
     lengths = [len(force) for force in forces]
     covariance = statistics.hac_covariance(X, residual, lengths)
     quantile = float(stdtrit(len(y) - len(values), 0.975))
@@ -1205,8 +1190,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     between = statistics.between_records(np.split(X, ends), np.split(residual, ends), quantile)
     if between is not None:
         covariance = covariance + between.covariance
-    as_usual = direction == "both" and (cutoff, decimation, border) == (None,) * 3
-    if replayed is not None and as_usual:
+    if replayed is not None and direction == "both" and (cutoff, decimation, border) == (None,) * 3:
         with suppress(FricError):  # a replay needs more of a record than this fit
             whole = list(prepared([replace(log, kind="motion") for log in served], drive=drive))
             whole = [record.restricted(place.covers(record.log)) for record in whole] if place else whole
