@@ -99,7 +99,6 @@ def _directions_predict(fit: MapFit) -> tuple[MapFit, bool]:
 
 
 def _both_directions(strokes: Strokes, fit: MapFit) -> tuple[MapFit, None, list[Notice]]:
-    """Return the map of both directions, and warnings."""
     asked, v, force = strokes.asked, strokes.velocity, strokes.force
     notices, known = [*damping_notices(fit), *map_notices(fit)], fit.estimates
     if asked.load is not None:
@@ -135,7 +134,6 @@ def _each_direction(strokes: Strokes, fit: MapFit) -> tuple[MapFit, MapFit, list
 
 
 def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
-    """Return the friction at the only logged speed."""
     asked, sign = strokes.asked, np.sign(strokes.velocity)
     F = strokes.force * sign
     error: Real = np.array([point.standard_error for point in strokes.points])

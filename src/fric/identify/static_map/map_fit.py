@@ -478,8 +478,7 @@ def _less_damping(
     if isinstance(estimate.ci95, tuple):
         below, above = (float(np.hypot(float(limit) - float(estimate), asked.damping_error)) for limit in estimate.ci95)  # type: ignore[arg-type]
         estimate = replace(estimate, ci95=(max(value - below, 0.0), max(value + above, 0.0)))
-    sigma = replace(estimate, value=value)
-    return fitted._replace(problem=problem, solution=solution), estimates | {"sigma": sigma}
+    return fitted._replace(problem=problem, solution=solution), estimates | {"sigma": replace(estimate, value=value)}
 
 
 def _with_common_errors(estimates: dict[str, Estimate], fitted: FittedMap, together: Real) -> dict[str, Estimate]:

@@ -328,8 +328,7 @@ def autocorrelation_time(x: Real, window: float = 5.0) -> float:
         if lag >= window * tau:
             return float(np.clip(tau, 1.0, n))
     size = next_fast_len(2 * n, real=True)
-    spectrum = rfft(deviation, size)
-    covariance = irfft(np.abs(spectrum) ** 2, size)[:n]
+    covariance = irfft(np.abs(rfft(deviation, size)) ** 2, size)[:n]
     taus = 2.0 * np.cumsum(covariance / covariance[0]) - 1.0
     enough = np.arange(n) >= window * taus
     at = int(np.argmax(enough)) if enough.any() else n - 1

@@ -81,8 +81,7 @@ class StribeckProblem:
 
     def model(self, theta: Mapping[str, float]) -> Real:
         """Return the force of eq. (2), offset included [N], shape (n,)."""
-        g = self._shares(theta["v_s"], theta["delta"])
-        level = theta["F_c"] + (theta["F_s"] - theta["F_c"]) * g
+        level = theta["F_c"] + (theta["F_s"] - theta["F_c"]) * self._shares(theta["v_s"], theta["delta"])
         return np.sign(self.v) * level + theta["sigma"] * self.v + theta["offset"]
 
     def _shares(self, v_s: float, delta: float) -> Real:
@@ -379,8 +378,7 @@ def solve_with_scatter(
     if fixed:
         return solution, variance
     for _ in range(30):
-        residual = problem.F - problem.model(solution.theta)
-        found = excess_variance(residual, errors, problem.degrees_of_freedom)
+        found = excess_variance(problem.F - problem.model(solution.theta), errors, problem.degrees_of_freedom)
         if abs(found - variance) <= 1e-8 * found:
             break
         variance = found
