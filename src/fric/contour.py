@@ -95,8 +95,7 @@ class Circularity(Judged):
             off = (self.angle - (quarter + 0.5) * pi / 2 + pi) % (2 * pi) - pi
             near = np.abs(off) <= pi / 9
             if int(near.sum()) > 20:
-                smooth = polyval(off[near], polyfit(off[near], self.error[near], 5))
-                left = self.error[near] - smooth
+                left = self.error[near] - polyval(off[near], polyfit(off[near], self.error[near], 5))
                 far = float(np.abs(left).max())
                 sides = np.sign(left[np.abs(left) >= far / 2])
                 if int(np.count_nonzero(np.diff(sides))) >= SWINGS:

@@ -179,8 +179,7 @@ class Finding:
         """Return the sentence of the error or warning, with what to do about an implausible value."""
         unit = si_unit(BOUNDS[self.name].dimension, self.motion)
         flaw = UNUSUAL[self.name] if self.unusual() else replace(IMPLAUSIBLE[self.name], mend=mend)
-        falls = self.value < 0.0
-        return flaw.found(value=Estimate(self.value, unit), usual=Estimate(self.usual, unit), falls=falls)
+        return flaw.found(value=Estimate(self.value, unit), usual=Estimate(self.usual, unit), falls=self.value < 0.0)
 
 
 def doubts(findings: Iterable[Finding]) -> list[Notice]:

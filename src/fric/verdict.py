@@ -300,8 +300,7 @@ def evidence_of(
 
 def machine_name(file: str) -> str:
     """Return the name of a machine in a command: that of a bundled machine, else the path of its file."""
-    names = {str(path): name for name, path in bundled("machine").items()}
-    return names.get(str(Path(file)), file)
+    return {str(path): name for name, path in bundled("machine").items()}.get(str(Path(file)), file)
 
 
 EARNED = 0.05  # Share of the uncompensated glitch by which a scheme must be better to be worth its additional effort

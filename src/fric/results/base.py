@@ -58,10 +58,8 @@ def plain_names(symbols: Iterable[str]) -> list[str]:
     names = []
     for symbol in symbols:
         base, _, number = symbol.rpartition("_")
-        whole = not number.isdigit() or symbol in OTHERS or symbol in _of_models()
-        key = symbol if whole else base
-        name = OTHERS.get(key) or _of_models().get(key, "")
-        names.append("" if key in named else name)
+        key = symbol if not number.isdigit() or symbol in OTHERS or symbol in _of_models() else base
+        names.append("" if key in named else OTHERS.get(key) or _of_models().get(key, ""))
         named.add(key)
     return names
 

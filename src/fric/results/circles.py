@@ -350,8 +350,7 @@ def tune(
     tests = [test.of_effort(motions) for test in some_circles(circles, scheme)]
     advance(0, total=3 * 2 + 2 * len(tests))  # of each axis three stages, and two schemes on each circle ahead
     with one_blas_thread():  # products of small matrices between compiled replays
-        found = refit(subject, tests, advance, loop=loop)
-    return TuneResult(found, str(subject.origin.get("path", "")))
+        return TuneResult(refit(subject, tests, advance, loop=loop), str(subject.origin.get("path", "")))
 
 
 class LearnResult(Result, schema=circle_findings.LearningDocument, of="found"):

@@ -77,8 +77,7 @@ def trust_of(
             runs.append(run_circle(machine, tried, Circle(feed=feed), only=name))
             advance()
         alone, with_it = candidates_of(runs)
-        exact = machine.is_nominal([scheme.friction], [name])
-        given = replace(given, candidates=(alone, with_it), exact=exact)
+        given = replace(given, candidates=(alone, with_it), exact=machine.is_nominal([scheme.friction], [name]))
         where = f"axis {name} at {1e3 * feed:g} mm/s"
         against += [notice.at(where) for notice in reasons_against(with_it, given)]
         if with_it.warnings and not alone.warnings:
@@ -237,8 +236,7 @@ def export_axis(
             raise FricError(f"a trial is for the target linuxcnc, and this is {target}", hint="Leave out the trial.")
         if not force:
             require_trust(made, against, distrust, made_from)
-        bench = _linuxcnc_bench()
-        arcs = bench.try_in_linuxcnc(subject, wanted, folder_made(trial), advance=advance)
+        arcs = _linuxcnc_bench().try_in_linuxcnc(subject, wanted, folder_made(trial), advance=advance)
     return ExportResult(chosen, made, files, notices, against, distrust, instead, made_from, arcs)
 
 

@@ -221,8 +221,7 @@ def circle(
     if identified:
         from fric.results.circles import KnownMachine  # with SciPy's signal processing, which a table needs not
 
-        tests = circles_of([measured])
-        evidence = KnownMachine.of(identified, tests, [axis] if axis else None, seed)
+        evidence = KnownMachine.of(identified, circles_of([measured]), [axis] if axis else None, seed)
         given |= evidence.drawn()
     study = Study(subject, tuple(chosen), test, seed, only=axis, **given)
     done = run_all(study, machines, workers=workers, scheduler=scheduler, advance=advance, interrupted=interrupted)
