@@ -140,12 +140,11 @@ def check_cascade(plant: LinearPlant, cascade: Cascade, requirement: Requirement
 
     Raises FricError: When they have not: with the nearest gains that have, K_i/K_p kept.
     """
-    asked = requirement or Requirement()
 
     def scaled(factor: float) -> Cascade:
         return replace(cascade, K_p=cascade.K_p * factor, K_i=cascade.K_i * factor)
 
-    return _checked(plant, asked, scaled, np.geomspace(1e-3, 1e3, TRIED), 1.0)
+    return _checked(plant, requirement or Requirement(), scaled, np.geomspace(1e-3, 1e3, TRIED), 1.0)
 
 
 def _checked(

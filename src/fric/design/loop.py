@@ -77,8 +77,7 @@ class SampledLoop:
 
         The position loop is open where the reference follows the position.
         """
-        held = self._gives(("reference", "measured"), frequency)
-        return -held * (self.G(frequency) if G is None else G)
+        return -self._gives(("reference", "measured"), frequency) * (self.G(frequency) if G is None else G)
 
     def position(self, frequency: Real, G: Complex | None = None) -> Complex:
         """Return the open position loop, L = K_v·C·G/(1 + C·G·D) with the cascade, the velocity loop closed."""

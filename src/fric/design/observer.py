@@ -120,8 +120,7 @@ def measured_perturbation(
     if sure.size:  # below the first reliable line, where friction hides the response, it does not show the plant
         kept = (f >= f[sure[0]]) & ~np.isclose(f[:, np.newaxis], np.array(deviating, float), rtol=1e-4).any(axis=1)
         f, G_m, G_n, radius = (values[kept] for values in (f, G_m, G_n, radius))
-    expected = plant.response(f, sampling)
-    return Perturbation(f, G_m / G_n - 1.0, radius, G_m / expected, measured=True)
+    return Perturbation(f, G_m / G_n - 1.0, radius, G_m / plant.response(f, sampling), measured=True)
 
 
 @dataclass(frozen=True)

@@ -196,8 +196,7 @@ def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
         return beside(linear[0])
     names = ("x", "y") if {"x", "y"} <= set(linear) else tuple(linear[:2])
     first, second = names
-    rates = {machine.axes[name].cascade.sampling for name in names}
-    if len(rates) > 1:
+    if len({machine.axes[name].cascade.sampling for name in names}) > 1:
         raise FricError(
             f"the controllers of {first} and {second} sample at different rates", hint="Give both the same sampling."
         )

@@ -121,9 +121,8 @@ def constant_velocity(
         strokes(speed, max(distance, lasting * abs(speed)), axis.cascade.sampling, ramp=ramp)
         for speed in repeats * tuple(speeds)
     )
-    kind: Kind = "constant-velocity"
     for n, motion in enumerate(motions, 1):
-        yield Trial(motion, f"{kind}-{n:02d}", kind, samples)
+        yield Trial(motion, f"constant-velocity-{n:02d}", "constant-velocity", samples)
 
 
 @Experiment
@@ -142,9 +141,8 @@ def presliding_sine(
     cycles: Cycles that are logged.
     """
     motions = (sine(amplitude, frequency, cycles, axis.cascade.sampling) for amplitude in amplitudes)
-    kind: Kind = "presliding-sine"
     for n, motion in enumerate(motions, 1):
-        yield Trial(motion, f"{kind}-{n:02d}", kind, samples, 1 / frequency)
+        yield Trial(motion, f"presliding-sine-{n:02d}", "presliding-sine", samples, 1 / frequency)
 
 
 @Experiment

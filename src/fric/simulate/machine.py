@@ -165,8 +165,7 @@ class Machine:
         def exact(axis: Axis) -> bool:
             true = (axis.friction, getattr(axis.friction, "static", None))
             known = all(axis.nominal_friction.models.get(name) in true for name in wanted)
-            whole = axis.reality == NONE and axis.second_mass is None
-            return known and whole and axis.nominal in (None, axis.plant)
+            return known and axis.reality == NONE and axis.second_mass is None and axis.nominal in (None, axis.plant)
 
         return all(exact(self.axis(name)) for name in axes)
 
