@@ -287,7 +287,6 @@ def _inside(given: Iterable[Path]) -> list[Path]:
 
 
 def _controllers(given: Iterable[Path]) -> Iterator[Path]:
-    """Yield the controller files among what is given."""
     for path in given:
         for entry in sorted(path.rglob("*.yaml")) if path.is_dir() else [path] if path.suffix == ".yaml" else []:
             with reading(entry) as file:
@@ -388,8 +387,7 @@ def _foreign(
 def _share_on_circles(path: Path, mapping: str) -> float:
     """Return the share of a foreign file in which its axes run on whole circles."""
     with TemporaryDirectory() as folder:
-        meaning = mapping_of(mapping or None)
-        read = _tried(lambda: ingest_circles(path, Path(folder) / "circle.h5", mapping=meaning))
+        read = _tried(lambda: ingest_circles(path, Path(folder) / "circle.h5", mapping=mapping_of(mapping or None)))
         if read is None or any(test.angle is not None for test in read.tests):
             return 0.0 if read is None else 1.0
         return sum(len(test.axes[test.names[0]].time) for test in read.tests) / read.samples

@@ -316,8 +316,7 @@ def identify_axes(
         of_axis, folder = by_axis[name], session.folder / name
         given = partial(axis_steps, of_axis, folder, lean=lean, controller=controller, encoder=encoder, rate=rate)
         each = [plan for plan in map(given, ("any", "others", "strokes")) if plan.shaken]
-        plans = {(plan.shaken, str(plan.steps[0].options)): plan for plan in each}
-        tries = list(plans.values())
+        tries = list({(plan.shaken, str(plan.steps[0].options)): plan for plan in each}.values())
         took = (plan for plan in tries if session.take(plan.steps[0], tried=plan is not tries[-1]))
         plan = next(took, None) or given("none" if tries else "any")
         tried = [] if plan.shaken else [of.steps[0] for of in tries]  # of which each failed, and says why

@@ -70,8 +70,7 @@ class HelpfulCommand(TyperCommand):
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write places, then options by group."""
-        parts = GROUPS.get(command_of(ctx), {})
-        named = {option: title for title, options in parts.items() for option in options}
+        named = {option: title for title, options in GROUPS.get(command_of(ctx), {}).items() for option in options}
         groups: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
         for param in self.get_params(ctx):
             if (record := param.get_help_record(ctx)) is None:

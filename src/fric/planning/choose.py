@@ -527,8 +527,7 @@ def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[Plant
         error = 0.0 if plant is None else plant.damping_error(logs[0].motion)
         # in one form in all runs: half-widths of a run with delta free and a run without have no mean
         asked = Asked(logs[0].motion, known, delta=1.0, over_position="off", damping_error=error)
-        fit = identify_static(strokes, asked)
-        static = FrictionDocument.model_validate(static_tree(fit, strokes))
+        static = FrictionDocument.model_validate(static_tree(identify_static(strokes, asked), strokes))
         yield static
     if of_kind.keys() & PRESLIDING:
         sines = [log for log in logs if log.kind in {*PRESLIDING, "sliding-sine"}]
@@ -678,8 +677,7 @@ def expected(
     parameters = {}
     for name in (name for name in found[0] if all(name in mapping for mapping in found)):
         values, half, units = zip(*(mapping[name] for mapping in found), strict=True)
-        middle = typical(half)
-        parameters[name] = Expected(float(np.median(values)), middle, units[0], (min(half), max(half)))
+        parameters[name] = Expected(float(np.median(values)), typical(half), units[0], (min(half), max(half)))
     notices = list(dict.fromkeys(reasons.values()))
     wider = {} if known is None else widening(known, parameters, documents)
     scattered = {} if plant is None else scattering(plant, plants)

@@ -427,7 +427,6 @@ def _identified_machine(machine: Path, files: Mapping[str, AxisFiles], output: P
 
 def _circle(machine: Path, feed: float, run_file: Path, figure: Path) -> None:
     subject = read_machine(machine)
-    test = Circle(feed=feed)
-    runs = [run_circle(subject, scheme, test) for scheme in choose_schemes("all")]
+    runs = [run_circle(subject, scheme, Circle(feed=feed)) for scheme in choose_schemes("all")]
     write_runs(run_file, runs, json.dumps(facts(subject, runs)), most_samples=MOST_SAMPLES, force=True)
     save_figure(polar_figure(runs), figure, force=True)

@@ -281,9 +281,8 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     log, motion = ready[0].log, ready[0].log.motion
     choice, found, without = _blocks(curve, blocks, most_blocks, knots, refined, si_unit("force", motion))
     base = between or StaticMap(found.limit.sum(), found.limit.sum(), 1e-3)
-    cycled = [cycle.for_replay() for cycle in hysteresis]
     slides = [record.in_sliding() for record in ready[count:]] if static is not None else []
-    records = [*cycled, *slides]
+    records = [*(cycle.for_replay() for cycle in hysteresis), *slides]
     begin = _lag_of(slides, _at_level(base, found, curve.saturates), negative)
 
     model: FrictionModel
@@ -368,8 +367,7 @@ def _refined(
 ) -> replay_fit.ReplayFit:
     """Return the fit by replay from the blocks of the virgin curve; C is assumed where no record determines it."""
     given = {p.name: Estimate(getattr(maps[0], p.name), "") for p in StaticMap.parameters}
-    level = start.static.F_s / mean_map(*maps).F_s
-    start = replace(start, static=replace(start.static, F_s=level * maps[0].F_s))
+    start = replace(start, static=replace(start.static, F_s=start.static.F_s / mean_map(*maps).F_s * maps[0].F_s))
 
     def fitted(**fix: float) -> replay_fit.ReplayFit:
         return replay_fit.identify_by_replay(
