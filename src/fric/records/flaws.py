@@ -296,7 +296,9 @@ def timing(log: Log) -> Timing:
     if z is None or len(z) < 8 * WINDOW:
         return Timing()
     dt, step = np.diff(t), lattice_step(z) or 0.0
-    lost = _lost(np.diff(z)[dt < GAP * np.median(dt)], step)
+    gaps = np.diff(np.unique(z))  # a lattice too fine to be seen is no coarser than the smallest: a creep is in counts
+    finest = step or float(gaps[gaps > 4e-15 * np.abs(z).max()].min(initial=np.ptp(z)))
+    lost = _lost(np.diff(z)[dt < GAP * np.median(dt)], finest)
     return Timing(lost=lost) if lost else _jitter(z, t, step)
 
 
@@ -304,8 +306,6 @@ def _lost(steps: Real, encoder: float) -> float:
     """Return the share of steps of double length between two of the usual length."""
     usual = median_filter(steps, 9, mode="nearest")
     steady = np.abs(usual) > max(COUNTS * encoder, 1e-12 * float(np.abs(steps).max()))
-    if steady.sum() < WINDOW:
-        return 0.0
     around = np.lib.stride_tricks.sliding_window_view(np.pad(steps, 4, mode="edge"), 9)[steady]
     scatter = np.median(np.abs(around - usual[steady, np.newaxis]), axis=1)
     steady[steady] = scatter < 0.1 * np.abs(usual[steady])
@@ -337,20 +337,22 @@ def _jitter(z: Real, t: Real, encoder: float) -> Timing:
     speed = float(np.sqrt(np.median(v2[moving])))
     displaced = speed * max(found, 0.0) ** 0.5
     small = found < (SMALL * float(np.median(np.diff(t)))) ** 2
-    # no encoder's noise is many of its steps; where these are not seen, it is noise that does not grow with speed
-    unseen = encoder == 0.0 and not _grows(v2, power, whole, floor)
+    # noise as large at rest is that of the sensor; of one speed alone, an encoder's noise is not many of its steps
+    unseen = not _grows(v2, power, whole, floor, alone=encoder > 0.0)
     if small or found < SURE * error or displaced < ABOVE * encoder / np.sqrt(12.0) or unseen:
         return Timing(speed=speed)
     return Timing(float(np.sqrt(found)), displaced, speed=speed)
 
 
-def _grows(v2: Real, power: Real, whole: Mask, floor: float) -> bool:
-    """Return whether noise (n,) grows with the square of the speed; that of an encoder is in slow windows, too."""
+def _grows(v2: Real, power: Real, whole: Mask, floor: float, *, alone: bool) -> bool:
+    """Return whether noise (n,) grows with the square of the speed; ``alone`` where there are no slow windows."""
     order = np.flatnonzero(whole)[np.argsort(v2[whole])]
     if (third := len(order) // 3) < 3:
-        return False
+        return alone
     fast = order[-third:]
     slow = order[: int(np.sum(v2[order] < 0.5 * np.median(v2[fast])))]
+    if alone and len(slow) < 3:
+        return True
     slow = slow if len(slow) >= 3 else order[:third]
     (low, error), (high, beside) = (
         (float(np.median(power[some])), robust_deviation(power[some] - np.median(power[some])) / np.sqrt(len(some)))
@@ -382,7 +384,7 @@ def even_sampling(log: Log) -> float:
     if off[worst] > JITTER:
         step = log.time[worst + 1] - log.time[worst]
         raise FricError(
-            f"the sampling is uneven: {step:.4g} s after t = {log.time[worst]:.6g} s, and {period:.4g} s on average",
+            f"the sampling is uneven: {step:.4g} s after t = {log.time[worst]:.13g} s, and {period:.4g} s on average",
             where=log.where,
             hint="Ingest a record without gaps, or split it at the gap.",
         )

@@ -51,9 +51,11 @@ def _lattice_step(values: Real) -> float | None:
         return None
     gaps = np.sort(gaps)
     usual = float(np.median(gaps))
-    step = _rounded_step(gaps[:_GAPS], needed, rounding, often=len(values) > 2 * len(levels))
+    often, spread = len(values) > 2 * len(levels), gaps[:: len(gaps) // _GAPS + 1]
+    step = _rounded_step(gaps[:_GAPS], needed, rounding, often=often)
+    step = step or _rounded_step(spread, needed, rounding, often=often, most=1)  # the smallest may be one count all
     if step is None or step < 10.0 * FINEST * usual:  # the small gaps alone show it: so does the crest of a sine
-        step = _common_divisor(gaps[:: len(gaps) // _GAPS + 1], max(64.0 * rounding, 1e-4 * float(gaps[0])))
+        step = _common_divisor(spread, max(64.0 * rounding, 1e-4 * float(gaps[0])))
     return None if step is None or step < FINEST * usual else step
 
 
@@ -78,13 +80,13 @@ def _common_divisor(gaps: Real, error: float) -> float | None:
     return float(gaps.sum() / np.round(gaps / divisor).sum())
 
 
-def _rounded_step(gaps: Real, needed: int, rounding: float, *, often: bool) -> float | None:
-    """Return the step of a lattice whose points were rounded to few decimals.
+def _rounded_step(gaps: Real, needed: int, rounding: float, *, often: bool, most: int = 5) -> float | None:
+    """Return the step of a lattice whose points were rounded to few decimals; the smallest gap is ``most`` at most.
 
     Samples at constant velocity have equal gaps too: so either points must recur, or gaps must differ.
     """
     first = float(np.median(gaps[gaps < 1.75 * float(gaps[0])]))
-    for divisor in (1, 2, 3, 4, 5):
+    for divisor in range(1, most + 1):
         step = first / divisor
         if step < 8.0 * rounding:
             return None
