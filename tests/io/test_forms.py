@@ -548,6 +548,26 @@ def test_groups_and_datasets_of_foreign_hdf5_are_records(tmp_path: Path, lying: 
     assert source.motion == "rotary"
 
 
+def test_matrices_of_a_group_have_its_time_and_the_unit_that_is_their_attribute(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Their units were part of the names, both runs had the time of one, and each number was read by itself."""
+    with h5py.File(tmp_path / "arm.h5", "w") as file:
+        for k, name in enumerate(("run_1", "run_2")):
+            group = file.create_group(name)
+            group["time"] = np.arange(500) * 1e-3 + k
+            for of, unit in (("q", "rad"), ("tau", "N.m")):
+                group.create_dataset(of, data=np.full((500, 3), float(k))).attrs["unit"] = unit
+    reads, get = [], h5py.Dataset.__getitem__
+    monkeypatch.setattr(h5py.Dataset, "__getitem__", lambda *given: reads.append(1) or get(*given))
+    for table, began in zip(tables(tmp_path / "arm.h5"), (0.0, 1.0), strict=True):
+        named = [tuple(column) for column in table.columns]
+        assert named[1:] == [(f"{of}(:,{n})", unit) for of, unit in (("q", "rad"), ("tau", "N.m")) for n in (1, 2, 3)]
+        assert named[0] == ("time", None)
+        assert table.data[0][:2][0] == began
+    assert len(reads) < 50
+
+
 def zipped(path: Path, name: str, text: bytes) -> Path:
     with ZipFile(path, "w", ZIP_DEFLATED) as archive:
         archive.writestr("dataset/README.txt", "measured in 2021")

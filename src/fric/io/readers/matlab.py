@@ -56,8 +56,10 @@ _AXIS = re.compile(
 _VALUES, _UNIT = ("values", "value", "data", "signal", "yvalue"), ("unit", "units", "units_of_measure")
 _TIMES = ("time", "t", "timestamps", "timestamp", "xvalue")
 _OF_CELL = re.compile(r"(.+?\(\d+\))\.(.+)")  # A field of an element of a struct array
-_OF_STRUCT = re.compile(r"(.+)\.([^.()]+\(:,\d+\))")  # A column of a matrix in a struct
-_PARTED = re.compile(r"(?P<struct>.+)\.(?P<field>[^.()]+)|(?P<matrix>.+)\(:,(?P<line>\d+)\)")
+_OF_STRUCT = re.compile(r"(.+)\.([^.()]+\(:,\d+\)(?: \[[^\[\]]*\])?)")  # A column of a matrix in a struct
+_PARTED = re.compile(
+    r"(?P<struct>.+)\.(?P<field>(?:[^.()\[\]]|\[[^\[\]]*\])+)|(?P<matrix>.+)\(:,(?P<line>\d+)\)(?P<unit> \[[^\[\]]*\])?"
+)
 """A name as `_take_apart` makes it: a field of a struct, or a column of a matrix."""
 
 
@@ -236,13 +238,14 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     even = all(len(fields) > 1 and len({*map(len, fields.values())}) == 1 for fields in cells.values())
     if len(cells) > 1 and alike and even:
         rest = {k: v for k, v in columns.items() if not (_OF_CELL.fullmatch(k) or _OF_STRUCT.fullmatch(k))}
-        return {name: _beside(fields, rest) | fields for name, fields in cells.items()}  # each is an experiment
+        own = {n: {k: v for k, v in rest.items() if k.rpartition(".")[0] not in cells.keys() - {n}} for n in cells}
+        return {name: _beside(fields, own[name]) | fields for name, fields in cells.items()}  # each is an experiment
     groups: dict[str, dict[str, Any]] = {}
     matrices = set[str]()
     for name, values in columns.items():
         found = _PARTED.fullmatch(name)
         prefix, leaf = (found["struct"] or found["matrix"], found["field"]) if found else ("", name)
-        leaf = leaf if found is None or leaf else f"column {int(found['line']) - 1}"
+        leaf = leaf if found is None or leaf else f"column {int(found['line']) - 1}{found['unit'] or ''}"
         groups.setdefault(prefix, {})[leaf] = values
         matrices |= {prefix} if found and found["matrix"] else set()
     fields = Counter(frozenset(group) for name, group in groups.items() if name and len(group) > 1)
@@ -341,7 +344,7 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
             of = f" [{column.unit}]" if column.unit else of
             _take_apart(f"{column.name}{of}" if of else label or name, data, columns, constants)
             return
-        lines = [key for key, child in value.items() if isinstance(child, _DatasetLine) or np.ndim(child) == 1]
+        lines = [key for key, child in value.items() if _is_vector(child)]
         for key, child in _titled(value).items():  # a unit beside it is its own, or of the only signal
             of = value.get(f"{key}_unit", value.get(f"{key}_units", unit if lines == [key] else ""))
             stated = isinstance(of, str) and key in lines and is_unit(of)
@@ -352,8 +355,9 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
         columns[name] = value
     elif lines := _lines_of(value):
         alone = isinstance(value, list) and len(lines) == 1
+        head, of, unit = name.rpartition(" [") if name.endswith("]") else (name, "", "")
         for n, line in enumerate(lines, 1):
-            _take_apart(name if alone else f"{name}(:,{n})", line, columns, constants)
+            _take_apart(name if alone else f"{head}(:,{n}){of}{unit}", line, columns, constants)
     elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
         for n, child in enumerate(value, 1):
             _take_apart(f"{name}({n})", child, columns, constants)
