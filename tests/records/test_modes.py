@@ -67,6 +67,15 @@ def test_a_record_is_split_where_its_mode_switches_and_off_is_held_against_on(lo
     assert float(values["glitches"][0]) < 0.9 * float(values["glitches"][1])
 
 
+def test_parts_of_a_record_that_counts_from_1970_have_times_that_differ():
+    """ "STANCE from 1.687e+09 to 1.687e+09 s" was said of each."""
+    _, log, on = drawn("xy-table", 3)
+    (notice,) = [switched(replace(log, mode=on, time=log.time + 1.687e9))]
+    first = notice.values["parts"][0]
+    assert first.startswith("on from 1687000000 to 16870000")
+    assert float(first.split()[-2]) == pytest.approx(1.687e9 + log.time[np.flatnonzero(np.diff(on))[0]], abs=2e-3)
+
+
 def test_a_motion_is_split_at_gaps_and_a_piece_of_few_samples_left_out():
     """A log of which a piece lacked gave no plant, and stamps that jitter were not made even."""
     t = np.arange(0.0, 12.0, 2e-3)

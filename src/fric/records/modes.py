@@ -102,7 +102,8 @@ def switched(log: Log) -> Notice | None:
     if not (parts := modes_of(log)):
         return None
     names = list(dict.fromkeys(part.mode for part in parts))
-    spans = [f"{part.mode} from {log.time[part.start]:.4g} to {log.time[part.stop - 1]:.4g} s" for part in parts]
+    times = [f"{time:.13g}" for time in np.round(log.time, 3)]  # of a clock that counts from 1970 seconds differ late
+    spans = [f"{part.mode} from {times[part.start]} to {times[part.stop - 1]} s" for part in parts]
     errors, glitches = _compared(log, parts, names)
     unit = log.unit("position")
     compared = [

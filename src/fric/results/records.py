@@ -109,7 +109,7 @@ def _gaps(found: Inspection) -> str:
     if not found.gaps:
         return ""
     longest = max(found.gaps, key=lambda gap: gap.intervals)
-    return f"{len(found.gaps)}, the longest of {longest.intervals:.4g} samples after {longest.time:.6g} s"
+    return f"{len(found.gaps)}, the longest of {longest.intervals:.4g} samples after {longest.time:.13g} s"
 
 
 def _channel_row(name: str, channel: Channel) -> tuple[str, ...]:
