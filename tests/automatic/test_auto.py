@@ -20,8 +20,17 @@ from typer.testing import CliRunner
 
 import fric
 from fric.automatic.run import Stated, _circles, _found, find_gains, gains_of
-from fric.automatic.sources import find_sources
-from fric.automatic.steps import NO_GMS, NO_OBSERVER, AxisOutcome, Session, axis_steps, identify_axes, trace_step
+from fric.automatic.sources import Sources, find_sources
+from fric.automatic.steps import (
+    NO_GMS,
+    NO_OBSERVER,
+    NO_STRIBECK,
+    AxisOutcome,
+    Session,
+    axis_steps,
+    identify_axes,
+    trace_step,
+)
 from fric.cli.main import app
 from fric.documents.controller import ControllerDocument
 from fric.documents.mapping import MappingDocument
@@ -320,6 +329,57 @@ def test_a_motion_is_a_record_of_what_it_tells(driven, tmp_path):
     plant, friction = (plain(read_tree(tmp_path / "out" / f"{part}.yaml")) for part in ("plant", "friction"))
     assert plant["fit"]["parameters"]["M"]["value"] == pytest.approx(8.0, rel=0.05)
     assert friction["static"]["F_c"]["value"] == pytest.approx(12.0, rel=0.1)
+
+
+def test_a_motion_with_gaps_is_missing_for_the_plant_by_reason_of_its_gaps(tmp_path):
+    """Of a log with 5 % of its rows lost it was only said that an ordinary motion was missing, which it was."""
+    log = moving(driven=True)
+    for share, given in ((0.03, 1), (0.09, 0)):
+        kept = np.random.default_rng(6).uniform(size=len(log)) >= share
+        channels = {name: values[kept] for name, values in log.channels().items()}
+        write_logs(tmp_path / "log.h5", [Log(**channels, kind="constant-velocity")], force=True)
+        plan = axis_steps(find_sources([tmp_path / "log.h5"]).logs, tmp_path / "out")
+        assert len(plan.shaken) == given
+        lacks = "".join(text for text in plan.missing if text.startswith("plant"))
+        assert ("% of the samples are missing" in lacks) is not bool(given)
+
+
+@pytest.mark.parametrize(("F_s", "shown"), [([18.0, 20.0], True), ([18.0, None], False)])
+def test_the_fall_of_friction_that_a_motion_showed_is_not_missing(F_s, shown, tmp_path):
+    """The line "missing for F_s and v_s" stood below an F_s and a v_s with their intervals."""
+    write_logs(tmp_path / "log.h5", [moving(driven=True)])
+    text = f"static: {{F_s: {{value: 19.0, ci95: {json.dumps(F_s)}}}, v_s: {{value: 0.001, ci95: [0.0009, 0.0011]}}}}\n"
+
+    terms = "A: {value: 0, unit: 1/s}, B: {value: 0.1, unit: m/(s^2*V)}, T_d: {value: 0, unit: s}"
+
+    def made(step):
+        plant = step.command == "identify plant"
+        step.output.write_text(f"{{fric: plant/1, axis: x, {terms}}}" if plant else text)
+
+    session = Session(tmp_path / "made", made, lambda text: None)
+    (outcome,) = identify_axes(session, find_sources([tmp_path / "log.h5"]), lambda _: None).values()
+    assert (NO_STRIBECK in outcome.missing) is not shown
+
+
+def test_friction_at_one_speed_is_that_of_the_plants_motion_and_more_speeds_are_missing(tmp_path):
+    """F_c and F_v of the motion were in steps.log alone, and nothing asked for strokes at more speeds."""
+    write_logs(tmp_path / "log.h5", [moving(driven=True)])
+    texts = {
+        "plant": "fit: {parameters: {F_c: {value: 12.0, unit: N, ci95: [11.0, 13.0]}}}\n",
+        "static": "at_speed: {velocity: {value: 0.1, unit: m/s}, force: {value: 15.0, unit: N}}\n",
+    }
+    (found,) = find_sources([tmp_path / "log.h5"]).logs
+    strokes = replace(found, kinds=frozenset({"constant-velocity"}), uses=found.uses | {"static"}, strokes=9)
+
+    def made(step):
+        part = step.name.removeprefix("x: ")
+        step.output.write_text(texts[part])
+
+    session = Session(tmp_path / "made", made, lambda text: None)
+    given = Sources(logs=[replace(strokes, motion="linear/N/N")])
+    (outcome,) = identify_axes(session, given).values()
+    assert outcome.missing.count(NO_STRIBECK) == 1
+    assert "F_c" in str(_found("x", outcome))
 
 
 def test_friction_is_identified_on_the_encoder_that_is_asked_for(tmp_path):

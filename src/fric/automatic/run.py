@@ -277,12 +277,9 @@ def _found(name: str, outcome: AxisOutcome) -> Table:
         tree = plain(read_tree(path)) if path.exists() else {}
         sections = {name: tree.get(name) or {} for name in wanted} if part == "friction" else {part: tree}
         of_motion |= (tree.get("fit") or {}).get("parameters") or {} if part == "plant" else {}
-        if (
-            part == "friction"
-            and of_motion
-            and (not tree or None in (sections["static"].get("F_c") or {}).get("ci95", ()))
-        ):
-            sections = {"": of_motion}  # a replay that leaves Coulomb friction open says nothing beside the plant's fit
+        lacks = () if "gms" in tree else (None,)
+        if part == "friction" and of_motion and None in (sections["static"].get("F_c") or {}).get("ci95", lacks):
+            sections = {"": of_motion}  # a replay that leaves it open, and one speed, say nothing beside its fit
         for of, section in sections.items():
             known = {key: value for key, value in section.items() if key in SHOWN and isinstance(value, dict)}
             mark = "negative." * (of == "static_negative")  # as in its covariance

@@ -35,7 +35,7 @@ from fric.io.words import axis_of_file
 from fric.log import Log, Record
 from fric.notice import Notice
 from fric.output import folder_made, written
-from fric.records.flaws import two_encoders
+from fric.records.flaws import evened, two_encoders
 from fric.records.holding import holds, is_holding_map
 from fric.records.inspection import Inspection, TableInspection, excites, inspect, is_at_rest
 from fric.records.modes import switched
@@ -86,6 +86,7 @@ class Source:
     loaded: bool = False  # Whether a record has the position of the load, by a second encoder
     lacks: str = ""  # Why its records show no friction
     unfit: str = ""  # Why a record before sliding shows no blocks
+    uneven: str = ""  # Why a motion that excites the mass shows no plant
     efforts: frozenset[str] = frozenset()  # Those of force and input that a record of it has
     rates: tuple[float, ...] = ()  # Rates of its records whose input changes at nearly every sample [Hz]
 
@@ -307,8 +308,7 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     records = [part for record in records for part in in_one_mode(record)]
     inspected = [inspect(record, flaws=False) for record in records]
     uses = frozenset(use.purpose for inspection in inspected for use in inspection.uses if use.good)
-    if any(map(_excites, records)):
-        uses |= {MOTION}
+    uses |= {MOTION} if True in (moving := [*map(_excites, records)]) else set()
     kinds = frozenset(str(inspection.kind) for inspection in inspected)
     both = all(isinstance(record, Log) and record.force is not None and record.input is not None for record in records)
     strokes = sum(
@@ -329,7 +329,7 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     rates = tuple(rate for log in records if isinstance(log, Log) and (rate := _renewed(log)))
     return Source(
         path, axis, motion, kinds, uses, mapping, both, driven, strokes, loaded=loaded, lacks=lacks, efforts=efforts,
-        rates=rates, unfit=next(unfit, ""),
+        rates=rates, unfit=next(unfit, ""), uneven=next((why for why in moving if isinstance(why, str)), ""),
     )  # fmt: skip
 
 
@@ -339,12 +339,15 @@ def _renewed(log: Log) -> float:
     return changes / float(log.time[-1] - log.time[0]) if changes > 0.98 * len(log) else 0.0
 
 
-def _excites(record: Record) -> bool:
-    """Return whether the motion of a record determines mass, viscous and Coulomb friction, by a force or an input."""
+def _excites(record: Record) -> bool | str:
+    """Return whether a motion with force or input shows mass, viscous and Coulomb friction; or what its clock lacks."""
     if not isinstance(record, Log) or (record.force is None and record.input is None) or len(record) < STUCK:
         return False
-    steps = np.diff(record.time)
-    return bool(np.ptp(steps) < 0.5 * np.median(steps)) and excites(record.time, travelled(record))
+    record = evened(record)[0]
+    even = np.diff(record.time) / np.median(np.diff(record.time))
+    if not (moves := excites(record.time, travelled(record))) or np.ptp(even) < 0.5:
+        return moves
+    return f"{record.name}: {even.mean() - 1:.1%} of the samples are missing, up to {even.max() - 1:.0f} in a row"
 
 
 def _foreign(

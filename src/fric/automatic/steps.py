@@ -36,6 +36,7 @@ from fric.units import Motion, is_effort, of_effort, rotates
 
 PARTS = ("plant", "controller", "observer", "friction")
 NO_GMS = "GMS: slow sines of some ten micrometres before sliding, or micro-steps, with force"
+NO_STRIBECK = "F_s and v_s of the static map: strokes at constant velocity, at five speeds or more, with force"
 NO_C = "C of the GMS model: a sine in sliding, around a steady speed"
 NO_OBSERVER = "observer: a frequency response from the drive's input to position"
 NO_CONTROLLER = "controller: its gains, or a frequency response from the drive's input to position"
@@ -337,7 +338,12 @@ def identify_axes(
         files |= {} if controller is None else {"controller": controller}
         if "gms" not in done and "static" in done:
             files["friction"] = folder / "static.yaml"
-        missing, paths = [*plan.missing, *broken], [source.path for source in of_axis]
+        tree = (plain(read_tree(files["friction"])) if files["friction"].exists() else None) or {}
+        limits = [(tree.get("static") or {}).get(of, {}).get("ci95") for of in ("F_s", "v_s")]
+        shown = all(of and None not in of for of in limits)  # by a motion, too
+        lacks = [text for text in plan.missing if not (shown and text == NO_STRIBECK)]
+        lacks += [NO_STRIBECK] * ("at_speed" in tree)  # of strokes at one speed
+        missing, paths = [*lacks, *broken], [source.path for source in of_axis]
         axes[name] = AxisOutcome(of_axis[0].motion, done, missing, files, paths)
     return axes
 
@@ -390,7 +396,7 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
             both=all(m.both for m in members), driven=all(m.driven for m in members),
             strokes=sum(m.strokes for m in members), loaded=any(m.loaded for m in members),
             efforts=frozenset().union(*(m.efforts for m in members)), rates=sum((m.rates for m in members), ()),
-            unfit=next((m.unfit for m in members if m.unfit), ""),
+            unfit=next((m.unfit for m in members if m.unfit), ""), uneven=max(m.uneven for m in members),
         )  # fmt: skip
         reads = [*files, *([Path(mapping)] if mapping.endswith(".yaml") else [])]
         yield step(f"{axis}: ingest {kind}", "ingest", files, options, reads, output=log), left
@@ -469,7 +475,8 @@ def axis_steps(
         beside = steady if responses else []  # K_f, which no response determines
         identify("plant", [*shaking, *beside], plant, (), {} if responses else {"method": "motion"})
     elif shaken == "any":
-        missing.append("plant: a frequency response, or an ordinary motion with position and voltage or force")
+        uneven = max(f" ({log.uneven})" * bool(log.uneven) for log in logs)
+        missing.append(f"plant: a frequency response, or an ordinary motion with position and voltage or force{uneven}")
     driven = shaking and all(log.driven for log in logs if log.path in shaking)
     whole = bool(responses or driven)  # it has B, and no friction in its damping
     known = [plant] if whole else []
@@ -478,8 +485,7 @@ def axis_steps(
         form = {"delta": "1", "over_position": "off", "direction": "both"} if lean else {}
         identify("static", strokes, static, known, damping | form)
     else:
-        what = "F_s and v_s of the static map" if moving and not responses else "static map"
-        missing.append(f"{what}: strokes at constant velocity, at five speeds or more, with force")
+        missing.append(NO_STRIBECK if moving and not responses else NO_STRIBECK.removeprefix("F_s and v_s of the "))
     if slow := of(*PRESLIDING, use="gms"):
         sines = list(dict.fromkeys([*slow, *of("sliding-sine", use="gms")]))
         given = {"static": static} if strokes else {}
