@@ -174,14 +174,19 @@ def test_a_count_of_periods_that_jumps_is_a_lost_row(tmp_path):
 
 
 @pytest.mark.parametrize("comma", [False, True])
-def test_halscope_in_either_locale_without_its_last_zeros(tmp_path, comma):
+@pytest.mark.parametrize("head", ["Sampling period is 100000 nSec", "Sampling period is 100000 ns",
+                                  "# Sampling period is 100000 ns"])  # fmt: skip
+def test_halscope_in_either_locale_without_its_last_zeros(tmp_path, head, comma):
+    """Of the current form, which names the pins once, it was said that the sampling period is not in it."""
     t = np.arange(3000) * 1e-4
     v = np.convolve(np.sign(np.sin(40 * t)), np.hanning(80) / np.hanning(80).sum(), "same")
     z, output = np.cumsum(v) * 1e-4, np.tanh(v / 0.01) + 0.01 * np.random.default_rng(0).standard_normal(len(t))
     pins = ("joint.0.motor-pos-fb", "pid.x.output", "joint.0.motor-pos-fb")
     rows = [" ".join(f"{pin} {one:.6f}" for pin, one in zip(pins, (a, b, a), strict=True))
             for a, b in zip([*z, 0.0], [*output, 0.0], strict=True)]  # fmt: skip
-    text = "Sampling period is 100000 nSec\n" + "\n".join(rows) + "\n"
+    if head.startswith("#"):
+        rows = [";".join(pins), "# Position: 0.5;0.5;0.5", *(";".join(row.split()[1::2]) + ";" for row in rows)]
+    text = head + "\n" + "\n".join(rows) + "\n"
     path = tmp_path / "scope.log"
     path.write_text(re.sub(r"(\d)\.(\d{6})", r"\1,\2", text) if comma else text)
     with closing(tables(path)) as found:
@@ -191,6 +196,13 @@ def test_halscope_in_either_locale_without_its_last_zeros(tmp_path, comma):
     assert len(block.columns[0]) == 3000
     np.testing.assert_allclose(np.diff(block.columns[0]), 1e-4)
     np.testing.assert_allclose(block.columns[1], z, atol=1e-6)
+
+
+def test_an_empty_cell_of_halscope_moves_no_other(tmp_path):
+    (tmp_path / "scope.csv").write_text("# Sampling period is 1000000 ns\na;b;c\n1;2;3\n4;;6\n7;8\n")
+    with closing(tables(tmp_path / "scope.csv")) as found:
+        (block,) = next(found).read([1, 2, 3])
+    np.testing.assert_array_equal(np.transpose(block.columns), [[1, 2, 3], [4, np.nan, 6], [7, 8, np.nan]])
 
 
 @pytest.mark.parametrize("body", ["", "a 1 b 2\nb 2 a 1\n", "a 1 b\n"])

@@ -1,11 +1,12 @@
 """Text of LinuxCNC's halscope: ``Sampling period is 100000 nSec``, then ``pin value pin value …`` a sample.
 
-A decimal comma is that of the locale, a pin may occur twice, and the last sample may be zeros that were not measured.
-Pins give no units.
+Later ones write ``# Sampling period is 100000 ns``, the pins once, and values between semicolons. A decimal comma is
+that of the locale, a pin may occur twice, and the last sample may be zeros that were not measured. Pins give no units.
 """
 
 import re
 from collections.abc import Iterator
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from fric.io.readers.base import Column, ForeignTable, Format, Memory, number
 FORMAT = Format("LinuxCNC halscope", (".log", ".txt", ".csv"))
 MOST_BYTES = 256 << 20  # Bytes of a record that are read at most: halscope itself holds 64,000 samples
 _BITS = {"TRUE": "1", "FALSE": "0"}
-_PERIOD = re.compile(rb"\s*Sampling period is (\d+)\s*nSec")
+_PERIOD = re.compile(rb"[\s#]*Sampling period is (\d+)\s*n(?:Sec|s)\b")
 
 
 def recognises(path: Path, head: bytes) -> float:
@@ -29,9 +30,12 @@ def recognises(path: Path, head: bytes) -> float:
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a record: one table of the time and of each pin."""
     content = regular(path, MOST_BYTES).read_bytes()
-    found = _PERIOD.match(content)
-    period = int(found[1]) * 1e-9 if found else 0.0
-    rows = [line.split() for line in content.decode("utf-8", "replace").splitlines()[1:] if line.strip()]
+    period = int(found[1]) * 1e-9 if (found := _PERIOD.match(content)) else 0.0
+    lines = content.decode("utf-8", "replace").splitlines()[1:]
+    lines = [line.strip().rstrip("; ") for line in lines if line.strip() and not line.startswith("#")]
+    rows = [re.split(r"\s*;\s*|\s+", line) for line in lines]
+    if rows and any(";" in line for line in lines):
+        rows = [[cell for pair in zip_longest(rows[0], row, fillvalue="") for cell in pair] for row in rows[1:]]
     if not rows or not period:
         raise FricError("holds no samples", hint="Save the record again.")
     names = rows[0][0::2]
