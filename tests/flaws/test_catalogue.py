@@ -20,6 +20,7 @@ from fric.circles import diagnose, gains, revolutions, tune, tune_fit
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
+from fric.documents.mapping import MappingDocument
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws import CATALOGUE, entry
@@ -366,6 +367,16 @@ def in_two_files(share: float) -> Sequence[Notice]:
         return with_joined(sorted(Path(folder).iterdir()), Path(folder) / "joined", None, assume=False)[1]
 
 
+def of_mapping(parts: float) -> Sequence[Notice]:
+    """Return what is said of a file of which a mapping has as many axes."""
+    columns = {"time": {"period": "1 ms"}, "position": {"column": 0, "unit": "mm"}}
+    mapped = [{"axis": axis, "columns": columns} for axis in "xyz"[: round(parts)]]
+    with TemporaryDirectory() as folder:
+        (Path(folder) / "log.csv").write_text("a,b\n1,2\n2,4\n3,6\n")
+        mapping = MappingDocument.model_validate({"fric": "mapping/1", "parts": mapped})
+        return fric.ingest(Path(folder) / "log.csv", output=Path(folder) / "log.h5", mapping=mapping).warnings
+
+
 def for_drive(s: float) -> Sequence[Notice]:
     """Return what is said of an export to a drive that holds a pulse, or a list of the scheme's map."""
     with pytest.MonkeyPatch.context() as patched:
@@ -379,6 +390,7 @@ SHOWN: dict[str, Show] = {
     "mapping-assumed": lambda s: guess(s).notices(),
     "response-of-loop": of_loop,
     "files-joined": lambda s: in_two_files(s * TOGETHER),
+    "axes-left-out": lambda s: of_mapping(1.5 * s),
     "mapping-open": lambda s: [] if guess(s).sure else guess(s).asked(),
     **{f"implausible-{name}": lambda s, name=name: implausible(name, s) for name in BOUNDS},
     **{

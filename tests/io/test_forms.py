@@ -1,5 +1,7 @@
 """Forms that genuine logs have, each found to be lost or read wrongly once."""
 
+import re
+import shlex
 from contextlib import ExitStack
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile
@@ -8,10 +10,12 @@ import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
+from typer.testing import CliRunner
 
 import fric
 from fric.automatic.sources import Source, find_sources
 from fric.automatic.steps import axis_steps
+from fric.cli.main import app
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.propose import guessed, proposal
@@ -480,7 +484,7 @@ def test_channels_in_files_of_their_own_are_joined_where_the_likeliest_is_assume
     for run in (1, 2):
         write(tmp_path / f"run{run}_of_laser.csv", "Time [s];Displacement [mm]", a["t"], a["position"])
         write(tmp_path / f"run{run}_cell.csv", "Time [s];Load cell [N]", a["t"][::2], a["current"][::2])
-    with pytest.raises(FricError, match=r"--join run1_cell\.csv run1_of_laser\.csv --assume"):
+    with pytest.raises(FricError, match=r"--join \S*run1_cell\.csv \S*run1_of_laser\.csv --assume"):
         fric.auto(tmp_path, output=tmp_path.parent / f"{tmp_path.name}-out", assume=True)
     pair = [tmp_path / "run1_cell.csv", tmp_path / "run1_of_laser.csv"]
     done = fric.ingest(*pair, output=tmp_path / "log.h5", join=True, assume=True)
@@ -488,6 +492,20 @@ def test_channels_in_files_of_their_own_are_joined_where_the_likeliest_is_assume
     (log,) = read_logs(tmp_path / "log.h5")
     assert log.force is not None
     np.testing.assert_allclose(log.force, a["current"][::2], atol=1e-6)
+
+
+def test_files_to_join_whose_units_are_open_are_given_a_command_that_works(tmp_path: Path) -> None:
+    """It was to --assume them, which ends in "a unit is open that no likelihood tells"."""
+    a = axis_of_a_drive()
+    (logs := tmp_path / "logs").mkdir()
+    write(logs / "status_0.csv", "timestamp;timestamp_sample;pitch;pitch_rate", 1e6 * a["t"], 1e6 * a["t"] - 180,
+          a["position"], a["velocity"])  # fmt: skip
+    write(logs / "motor_0.csv", "timestamp;motor_current", 1e6 * a["t"], a["current"])
+    with pytest.raises(FricError) as error:
+        fric.auto(logs, output=tmp_path / "out")
+    words = shlex.split(re.findall("`(fric .*?)`", error.value.hint)[0].replace("map.yaml", str(tmp_path / "map.yaml")))
+    assert CliRunner().invoke(app, words[1:]).exit_code == 0
+    assert 'column: "timestamp", unit: "?"' in (tmp_path / "map.yaml").read_text()
 
 
 def test_the_reason_of_a_choice_is_that_of_the_choice(tmp_path: Path) -> None:

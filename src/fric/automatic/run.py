@@ -38,7 +38,7 @@ from fric.errors import FricError, near
 from fric.estimate import Estimate, estimate_rows
 from fric.flaws.channel import HOLDING_MAP
 from fric.io.circle import choose_circles
-from fric.io.propose import NO_FORCE, NO_POSITION, NO_SCALE, first_of
+from fric.io.propose import NO_FORCE, NO_POSITION, NO_SCALE, first_of, proposal
 from fric.io.questions import MOST_QUESTIONS, Ask, Question, Review
 from fric.io.readers import tables
 from fric.notice import Notice, once
@@ -459,9 +459,13 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
             hint = error.hint
     moved, pushed = (found.refused.get(lacking, []) for lacking in (NO_FORCE, NO_POSITION))
     if moved and pushed:  # the channels of a record in files of their own
-        pair = [pushed[0].name, *get_close_matches(pushed[0].name, [path.name for path in moved], n=1, cutoff=0.0)]
-        joined = shlex.join(["fric", "ingest", "--join", *pair, "--assume", "-o", "record.h5"])
-        hint = f"Where two files hold one record, join them, and give what is made: `{joined}`."
+        names = {path.name: path for path in moved}
+        pair = [pushed[0], *(names[name] for name in get_close_matches(pushed[0].name, names, n=1, cutoff=0.0))]
+        joined = shlex.join(["fric", "ingest", "--join", *map(str, pair)])
+        made = f"`{joined} --assume -o record.h5`."
+        if '"?' in proposal(pair, join=True, assume=True):  # units that no likelihood tells
+            made = f"`{joined} --propose map.yaml` writes a mapping to fill in, for `--map map.yaml -o record.h5`."
+        hint = f"Where two files hold one record, join them, and give what is made: {made}"
     hint = ". ".join(filter(None, [*beside, hint]))
     return FricError(f"no log here can be used: {why}", where=first_of(files), hint=hint)
 

@@ -28,7 +28,7 @@ from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
 from fric.io.pairs import with_joined
 from fric.io.propose import AT_REST, JOINED, NO_FORCE, NO_POSITION, Guessed, axes_said, first_of, guessed, says_all
-from fric.io.questions import Ask, answered, beside
+from fric.io.questions import Ask, answered, axes_mapped, beside
 from fric.io.readers import endings, marked, tables
 from fric.io.recognise import is_hdf5, recognise
 from fric.io.words import axis_of_file
@@ -55,7 +55,6 @@ MOTION = "motion"  # Use of records of any kind whose motion determines mass, vi
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m"})
 """Endings of files beside logs that are not logs themselves, unless they begin with the signature of a format."""
 
-
 _PAPER = re.compile(
     r"(?:read[ _-]?me|licen[cs]e|copying|notes?|about|lies[ _-]?mich|changelog|citation)\b", re.IGNORECASE
 )
@@ -63,6 +62,7 @@ _PAPER = re.compile(
 
 ON_CIRCLES = 0.5  # Share of a file on whole circles above which it is a circle test, and no log besides
 LEAVES_OUT = "`assume=True` leaves such samples out"  # What opens a log with bad cells
+T = TypeVar("T")
 LACKS_FORCE = "no column is named force"
 """Why a log with a complete header needs a question: another column looks like its force."""
 
@@ -229,9 +229,6 @@ def _guessed(
                 asking.pop(path, None)
 
 
-T = TypeVar("T")
-
-
 def _tried(read: Callable[[], T]) -> T | None:
     """Return what is read; None where that is refused."""
     try:
@@ -245,11 +242,6 @@ def _is_paper(path: Path) -> bool:
     return bool(_PAPER.match(path.name)) and path.suffix.lower() in {".txt", ".md", ".rst", ".log", ".dat"}
 
 
-def _is_log(path: Path) -> bool:
-    """Return whether a file may be a log by its name."""
-    return path.suffix.lower() in endings() and not _is_paper(path)
-
-
 def _unpacked(given: list[Path], archives: list[Path], proposals: Path | None, asking: dict[Path, str]) -> list[Path]:
     """Unpack the logs of ZIPs that do not lie beside them into folders of their names, and return these."""
     found: list[Path] = []
@@ -260,7 +252,8 @@ def _unpacked(given: list[Path], archives: list[Path], proposals: Path | None, a
         try:
             with foreign(path), ZipFile(path) as archive:
                 names = [(member, Path(member.filename)) for member in archive.infolist()]
-                logs = [member for member, name in names if _is_log(name) and name.name not in beside_it]
+                kept = [(m, name) for m, name in names if name.suffix.lower() in endings() and not _is_paper(name)]
+                logs = [member for member, name in kept if name.name not in beside_it]
                 large = any(member.file_size > max(SMALL, MOST_RATIO * member.compress_size) for member in logs)
                 if large or sum(member.file_size for member in logs) > MOST_UNPACKED or len(logs) > MOST_MEMBERS:
                     raise FricError("it unpacks to more than is unpacked here: unpack it beside it")
@@ -365,8 +358,10 @@ def _foreign(
     if not mapping and _tried(lambda: says_all(path)) == "force":
         return LACKS_FORCE
     axes = [axis if said is None and not mapping else said for said in axes_said(path)]
+    if (given := mapping_of(mapping or None)) and len(parts := axes_mapped(given, path)) > 1:
+        axes = parts
     whys = [_read(path, mapping or "", found, seen, axis=said, assume=assume) for said in axes]
-    why = whys[0] if all(whys) else ""
+    why = next(filter(None, whys), "") if mapping or all(whys) else ""
     if not why or mapping:
         return why
     held = _records(path, "", kind="holding-map")

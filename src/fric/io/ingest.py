@@ -21,7 +21,7 @@ from fric.columns import FORCE_VELOCITY, KINDS, Kind
 from fric.documents.listings import IngestedPart
 from fric.documents.mapping import FileMapping, MappingDocument, filled
 from fric.errors import FricError
-from fric.flaws.files import CELLS_DROPPED, COLUMNS_LEFT_OUT, SAMPLES_MISSING
+from fric.flaws.files import AXES_LEFT_OUT, CELLS_DROPPED, SAMPLES_MISSING
 from fric.input import files_of, reading
 from fric.io.channels import ColumnPlan, Form, Origin, plan
 from fric.io.hdf5 import LogWriter, header_of, log_writer, whole
@@ -47,8 +47,6 @@ def digest_of(path: Path) -> str:
 WINDOW = 32  # Samples that a sampling period is taken over
 RATES_DIFFER = 1.3  # Two segments whose periods differ by more than this factor were sampled at two rates
 ODD_SHARE = 0.1  # A segment at another rate that is shorter than this, and inside the record, is missing samples
-
-
 RUN = 100  # Samples of a run of a file at least
 
 
@@ -332,7 +330,7 @@ class IngestSession:
         """Return name and motion of the axis: as stated, as in the file that is added to, or from the units."""
         mapping, fields = self._of(table)
         axis = self._about.axis or table.said.get("axis")
-        if axis is None and mapping and mapping.axis:
+        if mapping and mapping.axis and axis in {None, mapping.axis}:
             axis = filled(mapping.axis, fields, str(table.path))
         said = cast("Motion | None", table.said.get("motion"))
         motion = self._about.motion or (mapping.motion if mapping else None) or said or (held[1] if held else None)
@@ -385,8 +383,12 @@ class IngestSession:
             if "name" in table.said and (same := _digest(table, digest)) in self.known:
                 self.skipped.append((f"{path}, record '{table.said['name']}'", self.known[same]))
                 continue
-            if others := [name for name in table.said.get(OF_SEVERAL, "").split() if name != table.said["axis"]]:
-                self.warnings.append(COLUMNS_LEFT_OUT.found(str(path), columns=others))
+            others = [name for name in table.said.get(OF_SEVERAL, "").split() if name != table.said["axis"]]
+            if given := self._about.mapping:
+                parts = given.all_of(path, [column.name for column in table.columns])[1:]
+                others += [part.axis for part in parts if part.axis not in {None, axis}]
+            if others and not self._about.axis:
+                self.warnings.append(AXES_LEFT_OUT.found(str(path), axes=others))
             source = table.said.get("source") or str(path)
             sha256_of = partial(_digest, table, digest)
             record = self._add(table, self._plan(table, motion), writer, source, sha256_of)

@@ -50,6 +50,7 @@ JOINED = "joined"  # Folder of files that fric joined, and their attribute that 
 NO_SCALE = "say what one is, as in scale:"
 MOST_MEANS = 500  # Rows of a table of velocities and forces without samples, at most
 MOST_FILES = 16  # Number of files of the same columns whose values are read
+_quoted = partial(json.dumps, ensure_ascii=False)
 
 
 @dataclass(frozen=True)
@@ -407,16 +408,13 @@ def _motion(columns: Sequence[Column]) -> Motion:
     return max(MOTIONS, key=lambda motion: sum(converts(*of, motion) for of in units))
 
 
-_quoted = partial(json.dumps, ensure_ascii=False)
-
-
 def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume: bool) -> str:
     """Return the line of a channel, with its reasons and alternatives."""
     if role.column is None:
         known = role.unit and (assume or role.unit_likelihood >= SURE)
-        period = role.unit if known else "? ms"
         why = role.why if role.unit else "no column looks like it: say the rate, or the period"
-        return f"  time: {{period: {_quoted(period)}}}      # {why}"
+        why += f": {role.unit} ({role.unit_likelihood:.0%})" if role.unit and not known else ""
+        return f"  time: {{period: {_quoted(role.unit if known else '? ms')}}}      # {why}"
     column = table.columns[role.column]
     unique = [other.name for other in table.columns].count(column.name) == 1
     named = _quoted(column.name) if unique and column.name.isprintable() and column.name else str(role.column)
@@ -439,7 +437,7 @@ def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume:
         unit = 'unit: "?"'
         given = f"says {column.unit}, which the values contradict" if column.unit else "gives no unit"
         why += f"; the file {given}: {likely or 'as ' + si}"
-    why += f" ({role.likelihood:.0%})" if role.likelihood < SURE else ""
+    why += f" (is it? {role.likelihood:.0%})" if role.likelihood < SURE else ""
     why += "".join(f"; or {_other(table, role, k)}" for k in role.others)
     sign = ""
     if role.sign < 0:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -109,12 +110,17 @@ def beside(path: Path) -> tuple[Path, list[str | None]] | None:
     """Return the mapping of earlier answers that is beside a file and fits it, and the axes that it has of the file."""
     folders = (path.parent, path.absolute().parent.parent)
     for file in [file for folder in folders for file in sorted(folder.glob(f"{NAME}*.yaml"))]:
-        document = read_document(file, MappingDocument)
-        with closing(tables(path, None)) as opened:
-            names = [column.name for column in next(opened).columns]
-        if parts := [part for part in document.parts or [document] if part.fits(path, names)]:
-            return file, [part.axis for part in parts]
+        if axes := axes_mapped(read_document(file, MappingDocument), path):
+            return file, axes
     return None
+
+
+def axes_mapped(mapping: MappingDocument, path: Path) -> list[str | None]:
+    """Return the axes that a mapping has of a file; none where it does not fit, or the file is no log."""
+    with suppress(FricError), closing(tables(path, mapping.format)) as opened:
+        names = [column.name for column in next(opened).columns]
+        return list(dict.fromkeys(part.axis for part in mapping.parts or [mapping] if part.fits(path, names)))
+    return []
 
 
 def _named(guesses: Sequence[Guess]) -> str:
@@ -125,12 +131,12 @@ def _named(guesses: Sequence[Guess]) -> str:
     return f"{text} ({first_of(files)})"
 
 
-def _of_rate(found: Sequence[Guess]) -> Question | None:
-    """Ask for the sampling rate of files without a time."""
+def _of_rate(found: Sequence[Guess], *, known: bool = False) -> Question | None:
+    """Ask for the sampling rate of files without a time; or whether the one ``known`` by their motion is right."""
     moving = [guess for guess in found if not guess.kind and {"position", "velocity"} & guess.axis.roles.keys()]
-    asked = [
-        guess for guess in moving if (time := guess.axis.roles.get("time", NO_TIME)).column is None and not time.unit
-    ]
+    times = [(guess, guess.axis.roles.get("time", NO_TIME)) for guess in moving]
+    timeless = [(guess, of) for guess, of in times if of.column is None and bool(of.unit) == known]
+    asked = [guess for guess, of in timeless if not known or of.unit_likelihood < SURE]
 
     def apply(period: float) -> None:
         for guess in asked:
@@ -138,8 +144,10 @@ def _of_rate(found: Sequence[Guess]) -> Question | None:
 
     if not asked:
         return None
-    text = f"No column is the time. At which rate was {_named(asked)} sampled?"
-    return Question(text, [(rate, sampling_period(rate)) for rate in RATES], apply, understood=sampling_period)
+    text, role = f"No column is the time. At which rate was {_named(asked)} sampled?", asked[0].axis.roles.get("time")
+    choices = [(f"{role.unit} a sample, {role.why}", sampling_period(role.unit))] if known and role else []
+    choices += [(rate, sampling_period(rate)) for rate in RATES]
+    return Question(text, choices, apply, understood=sampling_period)
 
 
 def sampling_period(text: str) -> float | None:
@@ -154,7 +162,8 @@ def _of_column(found: Sequence[Guess]) -> Question | None:
     """Ask which column a channel is."""
     open_ones = [
         (guess, role) for guess in found for role in wanted_roles(guess.axis).values()
-        if role.channel in NEEDED and role.column is not None and role.likelihood < SURE and role.others
+        if role.channel in NEEDED and role.column is not None and role.likelihood < SURE
+        and (role.others or role.channel == "time")
     ]  # fmt: skip
     if not open_ones:
         return None
@@ -162,9 +171,13 @@ def _of_column(found: Sequence[Guess]) -> Question | None:
     sure = replace(role, others={}, likelihood=1.0)
     taken = [sure, *(replace(sure, column=n, sign=sign) for n, sign in role.others.items())][:4]
     alike = [(other, its) for other, its in open_ones if other.stems(its) == guess.stems(role)]
+    none = [("none, it was not logged", NO_TIME)] if role.channel == "time" and not role.others else []
 
     def apply(chosen: Role) -> None:
         for other, its in alike:
+            if chosen is NO_TIME:
+                other.axis.roles["time"] = chosen
+                continue
             signs = {**its.others, its.column or 0: its.sign}
             n = next(n for n in signs if other.stem(n) == guess.stem(chosen.column))
             turned = chosen.sign * role.sign if chosen.column == role.column else 1
@@ -172,7 +185,7 @@ def _of_column(found: Sequence[Guess]) -> Question | None:
 
     return Question(
         f"Which column is the {role.channel} of {_named([other for other, _ in alike])}?",
-        [(f"'{guess.table.columns[it.column or 0].name}'{', turned' * (it.sign < 0)}", it) for it in taken],
+        [*((f"'{guess.table.columns[it.column or 0].name}'{', turned' * (it.sign < 0)}", it) for it in taken), *none],
         apply,
         [picture(_column(guess, role.column)) for role in taken],
     )
@@ -188,12 +201,16 @@ def _of_units(found: Sequence[Guess]) -> Question | None:
 
     position = _column(first, (first.axis.roles.get("position") or first.axis.roles["velocity"]).column)
     counts = "position" in first.axis.roles and bool(np.all(np.rint(position) == position))
+    speed = first.axis.roles.get("velocity", NO_TIME)
+    said = speed.unit if speed.unit_likelihood >= SURE and converts(speed.unit, "velocity", "rotary") else ""
 
     def apply(reading: Reading) -> None:
-        for guess in asked:
-            if is_scale(reading.position):  # what a count is, and not what a speed is in
-                guess.axis.roles.pop("velocity", None)
-            take_reading(guess.axis, reading)
+        for axis in (guess.axis for guess in asked):
+            if is_scale(reading.position) and not said:  # what a count is, and not what a speed is in
+                axis.roles.pop("velocity", None)
+            if not reading.velocity and axis.factor:  # nor does it tell the sampling period then
+                axis.factor, axis.roles["time"] = None, NO_TIME
+            take_reading(axis, reading)
         for guess in (guess for guess in found if guess not in asked and guess.files == first.files):
             of_clock = tuple(other for other in guess.axis.readings if other.time == reading.time)
             guess.axis.readings = of_clock or guess.axis.readings
@@ -202,7 +219,7 @@ def _of_units(found: Sequence[Guess]) -> Question | None:
 
     def understood(text: str) -> Reading | None:
         if counts and text.isdecimal() and 0 < int(text) < 2**40:
-            return replace(readings[0], motion="rotary", position=f"{1.0 / int(text):.9g} rev", velocity="")
+            return replace(readings[0], motion="rotary", position=f"{1.0 / int(text):.9g} rev", velocity=said)
         return next((r for r in readings if text in {r.position, r.velocity, r.motion}), None)
 
     return Question(
@@ -270,7 +287,7 @@ def _of_force(found: Sequence[Guess]) -> Question | None:
     return Question(text, choices, apply, [picture(_column(guess, first.column))], understood) if choices else None
 
 
-_ORDER = (_of_rate, _of_column, _of_units, _of_force)
+_ORDER = (_of_rate, _of_column, _of_units, _of_force, partial(_of_rate, known=True))
 
 
 def _column(guess: Guess, n: int | None) -> Real:

@@ -107,11 +107,7 @@ DRIVE_UNITS = ("A", "mA", "%", "count")
 """Units of a force that is logged in a unit of the drive; a signal in V is an input first."""
 _RATIO = re.compile(r"(?i)(?:^|[_\s])([a-z]+)[_\s]per[_\s](s|sec|secs|seconds?|min|minute)$")
 """The unit of a velocity behind a name, as in ``speed_meters_per_sec``."""
-
-
 TURNS: Mapping[Motion, float] = {"rotary": 1e3}  # What a velocity in 1/s shows: radians, or revolutions, no metres
-
-
 _TYPED = re.compile(r"(?<![^\W_])(?:[bfinrsuwx]|lr|u?[dsu]?i|d?w|st)(?=[A-Z][a-z])")  # Of a PLC: the type of a variable
 
 
@@ -147,6 +143,7 @@ def spoken(column: Column) -> Spoken:
     wrong = by_unit == "other" and by_name in {"position", "velocity"} and (commanded or measured)  # a position in kg
     unit, by_unit = (None, None) if turns or wrong else (unit, by_unit)
     by_name = LETTERS.get(name, by_name) if by_name is None and not commanded else by_name
+    by_name = "time" if by_name is None and path.endswith(".t") else by_name  # a field of a structure
     by_name = "force" if by_name is None and name.startswith("f ") and name != "f n" else by_name
     if by_name == "force" and _has(name, QUANTITIES["input"]):  # a feedforward (ff) in volts
         by_name, commanded = "input", commanded or _has(name, ("ff",))
@@ -252,12 +249,8 @@ def says_something(word: str) -> bool:
     """Return whether a word of a name says what a column is, and not of which axis."""
     if word.isdigit() or word in AXES:
         return False
-    known = (
-        *SHOWS["reference"],
-        *SHOWS["measured"],
-        *(word for words in QUANTITIES.values() for word in words),
-        *LETTERS,
-    )
+    quantities = (word for words in QUANTITIES.values() for word in words)
+    known = (*SHOWS["reference"], *SHOWS["measured"], *quantities, *LETTERS)
     return word in _SILENT or _has(word, known)
 
 
@@ -280,8 +273,6 @@ _PERCENT = re.compile(
     r"(\d*[.,]?\d+)?\s*(?:(?:%|percent|pct|prozent|pour ?cents?|por ?ciento|per ?cento)(?![a-z]*/)|"
     r"(‰|per ?mille?|promille)).*", re.IGNORECASE)  # fmt: skip
 """Shares of a rated value, as ``% of rated``, ``0.1 %`` and ``‰``."""
-
-
 _PER_MILLE = re.compile(
     r"(?<![0-9a-f])(?:0x)?607[478](?![0-9a-f])|\bpresent_load|(torque|current)_actual_value", re.IGNORECASE
 )
