@@ -461,7 +461,7 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     if moved and pushed:  # the channels of a record in files of their own
         names = {path.name: path for path in moved}
         pair = [pushed[0], *(names[name] for name in get_close_matches(pushed[0].name, names, n=1, cutoff=0.0))]
-        joined = shlex.join(["fric", "ingest", "--join", *map(str, pair)])
+        joined = shlex.join(["fric", "ingest", "--join", *(path.name for path in pair)])  # a long text is cut
         made = f"`{joined} --assume -o record.h5`."
         if '"?' in proposal(pair, join=True, assume=True):  # units that no likelihood tells
             made = f"`{joined} --propose map.yaml` writes a mapping to fill in, for `--map map.yaml -o record.h5`."
