@@ -384,10 +384,10 @@ class IngestSession:
                 self.skipped.append((f"{path}, record '{table.said['name']}'", self.known[same]))
                 continue
             others = [name for name in table.said.get(OF_SEVERAL, "").split() if name != table.said["axis"]]
-            if given := self._about.mapping:
+            if (given := self._about.mapping) and not self._about.axis:
                 parts = given.all_of(path, [column.name for column in table.columns])[1:]
                 others += [part.axis for part in parts if part.axis not in {None, axis}]
-            if others and not self._about.axis:
+            if others:
                 self.warnings.append(AXES_LEFT_OUT.found(str(path), axes=others))
             source = table.said.get("source") or str(path)
             sha256_of = partial(_digest, table, digest)
