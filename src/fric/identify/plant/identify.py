@@ -1181,10 +1181,9 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     lengths = [len(force) for force in forces]
     covariance = statistics.hac_covariance(X, residual, lengths)
     quantile = float(stdtrit(len(y) - len(values), 0.975))
-    unsure = [np.hypot(record.done.timing, OF_EFFORT * effort) for record in shown]  # how late the force acts [s]
     rates_of = [
-        thinned((late * np.gradient(record.drive, record.log.time))[record.used], s.decimation)
-        for late, record, s in zip(unsure, shown, settings, strict=True)
+        thinned((record.done.timing * np.gradient(record.drive, record.log.time))[record.used], s.decimation)
+        for record, s in zip(shown, settings, strict=True)
     ]
     covariance = covariance + _of_timing(X, np.concatenate(rates_of), residual, lengths)
     ends = np.cumsum(lengths)[:-1]
