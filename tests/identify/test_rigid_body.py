@@ -175,9 +175,9 @@ def test_intervals_cover_with_correlated_noise(rho: float) -> None:
     """
     true = dict(zip(("M", "F_v", "F_c", "offset"), (M, F_V, F_C, OFFSET), strict=True))
     inside, plain, total = 0, 0, 0
-    clean = identify_motion([motion(rate=1000.0, seconds=24)]).estimates  # what filters and differences leave of it
+    clean = identify_motion([motion(rate=1000.0, seconds=10)]).estimates  # what filters and differences leave of it
     for seed in range(100):
-        fit = identify_motion([motion(rate=1000.0, seconds=24, noise=3.0, rho=rho, seed=seed)])
+        fit = identify_motion([motion(rate=1000.0, seconds=10, noise=3.0, rho=rho, seed=seed)])
         for name in true:
             value, (low, high) = float(fit.estimates[name]), fit.estimates[name].ci95
             inside += low <= float(clean[name]) <= high

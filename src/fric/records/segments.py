@@ -59,7 +59,7 @@ class Path:
     def rounded(self, distance: Real) -> Real:
         """Return distances [m] without their last bits: of whole counts, many equal each other or a tolerance."""
         grain = GRAIN * self.resolution
-        return np.round(distance / grain) * grain if grain else distance
+        return (distance / grain).round() * grain if grain else distance
 
     def tolerance(self, start: int, stop: int) -> float:
         """Return the distance from the chord [m] above which the velocity of a piece is not constant."""
