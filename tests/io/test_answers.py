@@ -64,6 +64,15 @@ def test_all_axes_that_a_given_mapping_has_of_a_file_are_read(tmp_path: Path) ->
     np.testing.assert_allclose(fric.read(tmp_path / "y.h5").records[0].position, 1e-3 * y, atol=1e-8)
 
 
+def test_all_axes_of_earlier_answers_are_read_again(tmp_path: Path) -> None:
+    """Of seven axes whose units had been answered a second run of `auto` read the first, without a word."""
+    a = axis_of_a_drive()
+    path = write(tmp_path / "log.csv", "a;u;b;w", *(1e3 * a["position"], a["current"]) * 2)
+    (tmp_path / "fric-mapping.yaml").write_text(TWO)
+    found = find_sources([path], None, tmp_path / "made")
+    assert [source.axis for source in found.logs] == ["x", "y"]
+
+
 def test_a_part_of_a_mapping_that_cannot_be_read_is_told_beside_one_that_can(tmp_path: Path) -> None:
     a = axis_of_a_drive()
     path = write(tmp_path / "log.csv", "a;u;b;w", a["position"], a["current"], a["position"], np.nan * a["t"])

@@ -352,9 +352,10 @@ def _foreign(
     """
     if not mapping and (known := beside(path)):
         file, axes = known
-        if not all(_read(path, str(file), found, seen, axis=axis, assume=True) for axis in axes):
+        whys = [_read(path, str(file), found, seen, axis=axis, assume=True) for axis in axes]
+        if not all(whys):
             found.description.append(MAPPING_BESIDE.found(str(path), mapping=str(file)))
-            return ""
+            return next(filter(None, whys), "")
     if not mapping and _tried(lambda: says_all(path)) == "force":
         return LACKS_FORCE
     axes = [axis if said is None and not mapping else said for said in axes_said(path)]
