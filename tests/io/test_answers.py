@@ -67,7 +67,8 @@ def test_all_axes_that_a_given_mapping_has_of_a_file_are_read(tmp_path: Path) ->
 def test_all_axes_of_earlier_answers_are_read_again(tmp_path: Path) -> None:
     """Of seven axes whose units had been answered a second run of `auto` read the first, without a word."""
     a = axis_of_a_drive()
-    path = write(tmp_path / "log.csv", "a;u;b;w", *(1e3 * a["position"], a["current"]) * 2)
+    of_x, of_y = ((size * a["position"], a["current"]) for size in (1e3, 5e2))
+    path = write(tmp_path / "log.csv", "a;u;b;w", *of_x, *of_y)
     (tmp_path / "fric-mapping.yaml").write_text(TWO)
     found = find_sources([path], None, tmp_path / "made")
     assert [source.axis for source in found.logs] == ["x", "y"]
