@@ -200,7 +200,7 @@ class Verdict:
         predicted, measured = (readable(value, "m", 3) for value in self.compared)
         word = "trusted" if self.trusted else "not trusted yet"
         if self.trusted and any(flaw_of(notice).disagrees for notice in self.settled):
-            word = "the files differ; the varied machines, which decide, were fitted to it. `fric tune` fits the files"
+            word = "the identified machine differs; the decision uses machines fitted to this circle (see `fric tune`)"
         elif self.trusted and not 1.0 / CLOSE <= self.compared[0] / max(self.compared[1], 1e-12) <= CLOSE:
             word = "within the interval of the prediction, which is wide. Identify again from more records"
         others = (

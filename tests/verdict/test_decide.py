@@ -271,7 +271,10 @@ def test_a_prediction_far_from_the_measured_circle_is_not_called_trusted(predict
     """Nor is it within its interval where the circle disagrees, and the varied machines were fitted to it."""
     close = predicted < 25 * UM and predicted > 20 * UM
     settled = (NOT_AS_PREDICTED.found("c.h5", quadrant="+x", measured=22 * UM, predicted=predicted, cause="the level"),)
-    for found, word in (((), "trusted" if close else "within the interval"), (settled, "the files differ")):
+    for found, word in (
+        ((), "trusted" if close else "within the interval"),
+        (settled, "the identified machine differs"),
+    ):
         verdict = Verdict(choice=None, headline="", compared=(predicted, 22.0 * UM), settled=found)
         assert f"measured 22 µm: {word}" in verdict.checked
         assert not any("not-as-predicted" in line for line in verdict.lines())  # said in words

@@ -275,7 +275,7 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
     integral time can be exchanged without a change of this sum; the order is chosen whose integral of the reference
     velocity, if that is fed forward, agrees with the record. Where both do, K_v is the larger rate, as usual, and the
     intervals hold both orders: the loop is the same. Where a cascade at the record's rate does not explain it exactly,
-    and what it leaves is no noise, the circle is logged more slowly than the controller samples, or late: filter and
+    and the residual is not noise, the circle is logged more slowly than the controller samples, or late: filter and
     sampling are then assumed. The intervals hold the gains with and without.
 
     test, name, motion: The circle, without compensation of friction; name and motion of the axis.
@@ -356,7 +356,7 @@ def _of_log(log: Log) -> FoundController | None:
 
 
 def _widened(fit: "_Fit", found: Real, half: Real) -> Real:
-    """Return half-widths that hold the change of the gains with every other sample, and without a lag assumed."""
+    """Return half-widths that hold the change of the gains with every other sample, and without the assumed lag."""
     varied = [_Fit(fit.r[::2], fit.z[::2], fit.voltage[::2], fit.rate / 2, lag=fit.lag)]
     varied += [_Fit(fit.r, fit.z, fit.voltage, fit.rate, lag=0.0)] if fit.lag else []
     apart = [each.difference(each.best()[0], found)[: len(half)] for each in varied]
@@ -449,7 +449,7 @@ class _Fit:
         return self.without - self._off(self.volts(log_values))
 
     def structured(self, log_values: Real) -> bool:
-        """Whether neighbouring residuals are correlated, as noise of the voltage is not: 4/√n are beyond its chance."""
+        """Whether neighbouring residuals are correlated, by more than 4/√n: white noise is not."""
         rest = self.rest(log_values)
         rest = rest - rest.mean()
         return max(abs(float(rest[k:] @ rest[:-k])) for k in (1, 2)) > 4.0 * float(rest @ rest) / np.sqrt(len(rest))

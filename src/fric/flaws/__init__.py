@@ -55,10 +55,10 @@ NAMED = {"level": "the level of friction", "k": "the stiffnesses"}  # Parameters
 
 def entry(flaw: Flaw, head: str = "##") -> str:
     """Return what `fric help CODE` and the page say of a flaw, as Markdown: what was found, its effect, what to do."""
-    effects = [EFFECTS.get(flaw.severity, "By its size: as a note no number is wrong by it, else one may be.")]
+    effects = [EFFECTS.get(flaw.severity, "Severity depends on size: a note makes no number wrong, a doubt can.")]
     errors = [f"{share:.0%} in {NAMED.get(name, name)}" for name, share in flaw.widens.items()]
     effects += [f"Predictions allow for an error of {' and '.join(errors)}."] * bool(errors)
-    effects += ["A measured circle settles it: the varied machines are fitted to that."] * flaw.circle_settles
+    effects += ["Varied machines that are fitted to a measured circle allow for it."] * flaw.circle_settles
     effects += ["No observer is trusted with it."] * flaw.no_response
     names = ", ".join(f"`{name}`" for name in dict.fromkeys(re.findall(r"{(\w+)", flaw.says + flaw.mend)))
     texts = [f"{head} {flaw.code}", _explained(flaw.says) or "The warning itself says what was found.",

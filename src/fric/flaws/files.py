@@ -36,8 +36,8 @@ COLUMNS_BY_CONTENT = Flaw("columns-by-content", "doubt",
     "from 0.",
     "Say otherwise in a mapping, and where the voltage is.")
 COLUMNS_LEFT_OUT = Flaw("columns-left-out", "doubt", "Columns are left out: {columns}.")
-AXES_LEFT_OUT = Flaw("axes-left-out", "note", "Other axes are left out: {axes}. A log file is of one.",
-    "Read each into a log file of its own, with `axis=`; `fric auto` reads all.")
+AXES_LEFT_OUT = Flaw("axes-left-out", "note", "The file has other axes, which were not read: {axes}.",
+    "Ingest each axis into a separate log file (`axis=`). `fric auto` reads all of them.")
 CELLS_DROPPED = Flaw("cells-dropped", "doubt",
     "{dropped} of {samples} samples are dropped: a cell is not a number, or a time comes twice.")
 SAMPLES_MISSING = Flaw("samples-missing", "doubt", "Samples are missing at regular intervals: {rates}.")

@@ -7,7 +7,7 @@ UNSURE, FALSE = 0.02, 0.1  # Misfit above which a fit is in doubt, and above whi
 
 # fmt: off
 LOOP_FEEDS_BACK = Flaw("loop-feeds-back", "doubt",
-    "No reference excites: in a closed loop noise draws the response to the controller's inverse.",
+    "No reference excites the axis: in a closed loop, noise biases the response to 1/controller.",
     "Log the reference that excites, or excite periodically.")
 NO_COHERENCE = Flaw("no-coherence", "note", "The table has no coherence: every frequency weighs the same.")
 FEW_PERIODS = Flaw("few-periods", "doubt", "{periods} periods are too few for an estimate of the variance.", "Log ten.")

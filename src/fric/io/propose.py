@@ -437,7 +437,7 @@ def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume:
         unit = 'unit: "?"'
         given = f"says {column.unit}, which the values contradict" if column.unit else "gives no unit"
         why += f"; the file {given}: {likely or 'as ' + si}"
-    why += f" (is it? {role.likelihood:.0%})" if role.likelihood < SURE else ""
+    why += f" ({role.likelihood:.0%} sure)" if role.likelihood < SURE else ""
     why += "".join(f"; or {_other(table, role, k)}" for k in role.others)
     sign = ""
     if role.sign < 0:
