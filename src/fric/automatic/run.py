@@ -341,10 +341,10 @@ def auto(
     mapping: What the columns of foreign logs mean. By default a bundled mapping that fits, where the header does not
         say it.
     assume: Assume the likeliest meaning where headers and values of foreign logs leave it open, and report it.
-    workers: Of a fleet: parallel processes; by default one per core.
+    workers: Parallel processes, of a fleet or of three axes and more; by default one per core.
     scheduler: Of a fleet: a Dask scheduler, as tcp://host:8786.
-    run: Makes one step, raising a `FricError` where it fails; of a fleet in other processes, and so a function that can
-        be pickled.
+    run: Makes one step, raising a `FricError` where it fails, axis after axis; of a fleet in other processes, and so a
+        function that can be pickled.
     say: Receives a line on the result of each step.
     ask: Asks about what headers and values of foreign logs leave open, three questions at most. The answers become a
         mapping beside the logs, which is used from then on.
@@ -412,7 +412,7 @@ def auto(
         rates.extend([] if file is None else [_rate(file)])
         return file
 
-    axes = identify_axes(session, found, gains, encoder)
+    axes = identify_axes(session, found, gains, encoder, workers)
     session.expect(2 + 2 * len(found.circles))  # steps that lack a record are not to come
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, slow, given is not None)

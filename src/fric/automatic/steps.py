@@ -2,7 +2,8 @@
 
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from contextlib import nullcontext
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from os import environ, fsencode
 from pathlib import Path
@@ -20,6 +21,7 @@ from fric.documents.yaml import dump, plain, read_document, read_tree, write_doc
 from fric.errors import FricError, as_options
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
 from fric.io.ingest import keep_freed_memory
+from fric.notice import Notice
 from fric.output import folder_made, together, write_folder
 from fric.process import tried as say_step
 from fric.records.inspection import SPEEDS
@@ -32,8 +34,11 @@ from fric.results.identify import identify_controller, identify_gms, identify_mo
 from fric.results.ingest import ingest, ingest_circles
 from fric.results.kinds import EncoderName
 from fric.results.simulate import circle
+from fric.simulate.processes import default_workers, outcomes
 from fric.units import Motion, is_effort, of_effort, rotates
 
+ALONE = 2  # Number of axes that are identified before other processes have started
+BYTES = 5e8  # Memory of a process that identifies an axis, about [byte]
 PARTS = ("plant", "controller", "observer", "friction")
 NO_GMS = "GMS: slow sines of some ten micrometres before sliding, or micro-steps, with force"
 NO_STRIBECK = "F_s and v_s of the static map: strokes at constant velocity, at five speeds or more, with force"
@@ -190,10 +195,22 @@ def _quoted(word: str) -> str:
     return f'"$(printf {shlex.quote("".join(printed))})"'
 
 
-class Session:
+@dataclass
+class Journal:
+    """What steps did, in their order."""
+
+    script: list[str] = field(default_factory=list)  # Their commands
+    log: list[str] = field(default_factory=list)  # What they printed
+    said: list[str] = field(default_factory=list)  # The outcome of each, in a line
+    failed: dict[str, str] = field(default_factory=dict)  # Why each failed, by its name
+    steps: int = 0  # Steps that were called for
+    made: int = 0  # Steps that had to be run
+
+
+class Session(Journal):
     """One run: its folder, its script, and the output and outcome of each step.
 
-    folder: Where all files go.
+    folder: Where all files go; what each step was made from stands beside its files.
     run: Makes one step; raises a `FricError` where it fails.
     say: Receives the outcome of each step in a line.
     done: Called after each step, and with the steps that fall away and the ``total`` of all.
@@ -206,16 +223,12 @@ class Session:
         say: Callable[[str], None],
         done: Callable[..., object] = lambda *_, **__: None,
     ) -> None:
-        self.folder, self.run, self.say, self.done = folder, run, say, done
-        self.shop = StepCache(folder)
-        self.script = ["#!/bin/sh", "# What `fric auto` ran, to be run again by hand."]
-        self.script += ["set -eu", f"cd {_quoted(str(Path.cwd()))}"]
-        self.log: list[str] = []
+        super().__init__()
+        self.folder, self.run, self.say, self.done = folder_made(folder), run, say, done
         before = folder / "steps.log"  # what steps printed that are up to date now
         printed = before.read_text("utf-8", "replace").split("\n$ ") if before.is_file() else []
         self.printed = dict(part.removeprefix("$ ").partition("\n")[::2] for part in printed)
-        self.steps = self.made = self.fallen = self.total = 0
-        self.failed: dict[str, str] = {}  # Why each step failed, by its name
+        self.fallen = self.total = 0
         self.last: Result | None = None  # What the last step made, where it was run
         self.may_know = True  # Whether the user was not asked for gains yet, or knew them
 
@@ -233,7 +246,7 @@ class Session:
         results: list[Result | None] = []
         say_step(step.name)
         try:
-            made = self.shop.step(
+            made = StepCache(step.leaves[0].parent).step(
                 step.name, lambda: results.append(self.run(step)), reads=step.reads, leaves=step.leaves,
                 settings={"words": list(step.words)},
             )  # fmt: skip
@@ -268,8 +281,20 @@ class Session:
 
     def _tell(self, step: Step, command: str, brief: str, whole: str, lasted: str = "") -> None:
         self.log += [f"$ {command}", as_options(whole or brief), ""]
-        self.say(f"{f'{step.name:<18} {brief}':<72}{lasted}".rstrip())  # 80 columns with the time
+        self.said.append(f"{f'{step.name:<18} {brief}':<72}{lasted}".rstrip())  # 80 columns with the time
+        self.say(self.said[-1])
         self.done()
+
+    def take_over(self, beside: Journal) -> None:
+        """Take what another process did for done here."""
+        self.script += beside.script
+        self.log += beside.log
+        self.failed |= beside.failed
+        self.steps, self.made = self.steps + beside.steps, self.made + beside.made
+        for text in beside.said:
+            self.said.append(text)
+            self.say(text)
+            self.done()
 
     def write(self, tree: dict[str, Any], path: Path) -> None:
         """Write a document, and the lines of the script that write it."""
@@ -281,7 +306,9 @@ class Session:
 
     def close(self) -> None:
         """Write the script, and the output of the steps."""
-        texts = {"steps.sh": self.script, "steps.log": self.log}
+        head = ["#!/bin/sh", "# What `fric auto` ran, to be run again by hand.", "set -eu"]
+        head.append(f"cd {_quoted(str(Path.cwd()))}")
+        texts = {"steps.sh": [*head, *self.script], "steps.log": self.log}
         files = {
             name: "\n".join([*lines, ""]).encode("utf-8", "surrogateescape") for name, lines in texts.items() if lines
         }
@@ -293,29 +320,67 @@ def identify_axes(
     found: Sources,
     gains: Callable[[Sequence[Source]], Path | None] | None = None,
     encoder: EncoderName = "motor",
+    workers: int | None = 1,
 ) -> dict[str, AxisOutcome]:
     """Ingest and identify; return the results for each axis.
 
     gains: Returns the file of the controller's gains of an axis from its logs; None where they are to be designed.
         Without it only friction and plant are identified: no figures, no controller, no observer.
     encoder: Of axes with two encoders, the one whose position friction is identified on.
+    workers: Processes that share the axes; by default one a core, and this one alone for two axes.
     """
-    lean = gains is None
     logs = [log for log in found.logs if log.mapping is None]
     for step, left in ingest_steps(found.logs, session.folder):
         if session.take(step):
             logs.append(left)
         else:
             found.description.append(STEP_FAILED.found(step.name, why=session.failed.get(step.name, "failed")))
-    axes: dict[str, AxisOutcome] = {}
     by_axis = {name: [log for log in logs if log.axis == name] for name in sorted({log.axis for log in logs})}
     found_gains = {name: gains(of_axis) if gains else None for name, of_axis in by_axis.items()}
     documents = (read_document(file, ControllerDocument) for file in found_gains.values() if file)
     rates = {document.in_si(document.motion).sampling for document in documents}
     rate = rates.pop() if len(rates) == 1 else None  # of one machine: a designed one takes it
-    for name, controller in found_gains.items():
-        of_axis, folder = by_axis[name], session.folder / name
-        given = partial(axis_steps, of_axis, folder, lean=lean, controller=controller, encoder=encoder, rate=rate)
+    study = _Axes(session.folder, by_axis, found_gains, session.printed, rate, gains is None, encoder)
+    workers = (len(by_axis) > ALONE) * default_workers() if workers is None else workers
+    beside = session.run is Step.make and min(workers, len(by_axis)) > 1
+    if beside:
+        say_step(f"{len(by_axis)} axes")
+    each = ((*study.identified(session, name), Journal()) for name in by_axis)
+    opened = outcomes(study, len(by_axis), workers=workers, memory=BYTES) if beside else nullcontext(each)
+    axes: dict[str, AxisOutcome] = {}
+    with opened as identified:
+        for name, (outcome, unused, journal) in zip(by_axis, identified, strict=True):
+            session.take_over(journal)
+            found.description += unused
+            axes[name] = outcome
+    return axes
+
+
+@dataclass(frozen=True)
+class _Axes:
+    """Identifies the axes of a session, in its process or, by number, beside it."""
+
+    folder: Path  # Of the session
+    logs: Mapping[str, Sequence[Source]]  # Logs of each axis
+    gains: Mapping[str, Path | None]  # File of its controller's gains
+    printed: dict[str, str]  # What the steps of an earlier session printed
+    rate: float | None  # Of the known controllers, as in `axis_steps`
+    lean: bool
+    encoder: EncoderName
+
+    def __call__(self, index: int) -> tuple[AxisOutcome, list[Notice], Journal]:
+        name = [*self.logs][index]
+        session = Session(self.folder / name, Step.make, lambda _: None)
+        session.printed = self.printed
+        found = self.identified(session, name)
+        return *found, Journal(**{part.name: getattr(session, part.name) for part in fields(Journal)})
+
+    def identified(self, session: Session, name: str) -> tuple[AxisOutcome, list[Notice]]:
+        """Identify an axis; return what was found, and the logs that no step reads."""
+        of_axis, folder, lean, controller = self.logs[name], self.folder / name, self.lean, self.gains[name]
+        given = partial(
+            axis_steps, of_axis, folder, lean=lean, controller=controller, encoder=self.encoder, rate=self.rate
+        )
         each = [plan for plan in map(given, ("any", "others", "strokes")) if plan.shaken]
         tries = list({(plan.shaken, str(plan.steps[0].options)): plan for plan in each}.values())
         took = (plan for plan in tries if session.take(plan.steps[0], tried=plan is not tries[-1]))
@@ -323,10 +388,11 @@ def identify_axes(
         tried = [] if plan.shaken else [of.steps[0] for of in tries]  # of which each failed, and says why
         read = {path for step in [*plan.steps, *tried] for path in step.reads}
         used = {kind for log in of_axis if log.path in read for kind in log.kinds}
+        left_out = list[Notice]()
         for unused in (log for log in of_axis if log.path not in read and log.kinds != {"holding-map"}):
             what = {"kinds": sorted(unused.kinds), "motion": MOTION in unused.kinds, "others": unused.kinds <= used}
             what |= {"alone": (alone := not read and not what["motion"]), "other": not (alone or what["motion"])}
-            found.description.append(FILE_UNUSED.found(str(unused.path), axis=name, **what))
+            left_out.append(FILE_UNUSED.found(str(unused.path), axis=name, **what))
         done = ["plant"] * bool(plan.shaken)
         done += [step.name.partition(": ")[2] for step in plan.steps[len(done) :] if session.take(step)]
         asked = dict.fromkeys([f"{name}: plant", *(step.name for step in plan.steps)])  # without a plant no plan has it
@@ -344,8 +410,7 @@ def identify_axes(
         lacks = [text for text in plan.missing if not (shown and text == NO_STRIBECK)]
         lacks += [NO_STRIBECK] * ("at_speed" in tree)  # of strokes at one speed
         missing, paths = [*lacks, *broken], [source.path for source in of_axis]
-        axes[name] = AxisOutcome(of_axis[0].motion, done, missing, files, paths)
-    return axes
+        return AxisOutcome(of_axis[0].motion, done, missing, files, paths), left_out
 
 
 def take_efforts(found: Sources) -> None:

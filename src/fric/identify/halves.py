@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from math import hypot, inf
 
 import numpy as np
@@ -135,10 +136,11 @@ def _of_motions(logs: Sequence[Log]) -> Iterator[tuple[str, Fit, Fit]]:
     def fit(some: Sequence[Log]) -> Fit:
         return lambda: identify_motion(some).estimates
 
+    each = cache(lambda: identify_motion(logs, direction="each").estimates)
+
     def side(name: str) -> Fit:
         def made() -> Mapping[str, Estimate]:
-            found = identify_motion(logs, direction="each").estimates
-            return {key.removesuffix(name): estimate for key, estimate in found.items() if key.endswith(name)}
+            return {key.removesuffix(name): estimate for key, estimate in each().items() if key.endswith(name)}
 
         return made
 

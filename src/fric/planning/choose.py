@@ -488,8 +488,8 @@ def _information(logs: Sequence[Log], axis: Axis, model: GMS, known: _Known, bet
     return information
 
 
-DRAWS, SLOW_DRAWS = 9, 3
-"""Runs of a plan that are identified: the range of nine includes the next in 80 % of cases, that of three in 50 %. Few
+DRAWS, SLOW_DRAWS = 7, 3
+"""Runs of a plan that are identified: the range of seven includes the next in 75 % of cases, that of three in 50 %. Few
 are those of an axis with a second mass or flaws: each takes five times as long."""
 PLACES = 64.0  # Encoder counts over which the start of a record is spread: the hunting of a slow axis depends on it
 NOTABLE = 1.2  # Widening by unmodelled friction above which it is reported
@@ -661,7 +661,8 @@ def expected(
             advance()
         results: list[PlantDocument | FrictionDocument] = []
         moving = [record for record in logs if record.kind != "frequency-response"]
-        for some in (logs, moving):  # the rest goes without a plant
+        unseen = bool(found) and (True, 0) in reasons  # no plant in an earlier run: none is reported
+        for some in (moving,) if unseen else (logs, moving):  # the rest goes without a plant
             try:
                 results.extend(identified(some, blocks) if some is logs or not results else ())
             except FricError as error:
@@ -709,16 +710,31 @@ def planned_for(
     Others as in `choose` and `expected`.
     """
     times: dict[str, int] = {}
+    before, seen = times, dict[str, float]()  # Factors and lacks of the round before
+    tried, ended = list[Mapping[str, int]](), set[str]()  # All factors; kinds of which more narrow nothing
     draws = draws or (DRAWS if axis.second_mass is None and axis.reality == NONE and not wanted else SLOW_DRAWS)
+    runs = 1 if wanted else draws  # to see roughly how many records are needed
     while True:
         planned = choose(axis, limits, times, micro_steps=micro_steps)
-        found = expected(axis, planned, advance, draws, known, plant)
-        more = more_records(wanted, found, times)
-        if more == times:
-            missed = [PLAN_ACCURACY.found(name=name, lack=lack, times=times.get(KIND_OF[name], 1), most=MOST_TIMES)
-                      for name, lack in lacks(wanted, found) if lack > 1.0]  # fmt: skip
+        found = expected(axis, planned, advance, runs, known, plant)
+        lacking = dict(lacks(wanted, found))
+        more = more_records(wanted, found, times) | {kind: times[kind] for kind in ended}
+        for kind in times.keys() - ended:
+            lacks_of = [(lack, seen[name]) for name, lack in lacking.items() if KIND_OF[name] == kind]
+            if times[kind] > before.get(kind, 1) and all(last <= lack < inf for lack, last in lacks_of):
+                ended.add(kind)
+                more[kind] = before.get(kind, 1)
+        if more == times and runs == draws:
+            missed = [
+                PLAN_ACCURACY.found(
+                    name=name, lack=lack, times=times.get(kind := KIND_OF[name], 1),
+                    end="more do not narrow it" if kind in ended else f"{MOST_TIMES} are tried",
+                ) for name, lack in lacking.items() if lack > 1.0
+            ]  # fmt: skip
             return planned, replace(found, notices=(*missed, *found.notices))
-        times = more
+        tried.append(times)
+        runs = draws if more in tried else runs
+        before, seen, times = times, lacking, more
 
 
 def lacks(wanted: Wanted, found: Expectation) -> Iterator[tuple[str, float]]:

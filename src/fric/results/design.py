@@ -311,11 +311,14 @@ def design_observer(
         cascade = design_cascade(linear).cascade
         warnings.append(CONTROLLER_BY_DEFAULT.found())
     modes = [mode if isinstance(mode, StructuralMode) else _resonance(str(mode)) for mode in resonances]
+    mode, given = quantity(first_mode, "frequency"), cutoff or bandwidth
+    if modes or given:
+        useless("no resonance, cutoff or bandwidth", first_mode=first_mode)
     if log is None:
         useless("a log", record=record)
         logs, Delta = [], model_perturbation(linear, cascade.sampling / 2, modes)
         if not modes:
-            warnings.append(_unseen(first_mode, cutoff or bandwidth))
+            warnings.append(_unseen(first_mode, given))
     else:
         useless("no log, which has its resonances", resonances=modes or None, first_mode=first_mode)
         logs = [measured_record(log, record, (axis, motion))]
@@ -336,7 +339,7 @@ def design_observer(
         hint = f"{error.hint} {default[0]}"  # which the user is not to blame for
         raise FricError(error.what, where=error.where, hint=hint) from None
     if log is None and not modes and wanted is None:
-        design = _below_a_mode(design, quantity(first_mode, "frequency") or FIRST_MODE, Delta)
+        design = _below_a_mode(design, mode or FIRST_MODE, Delta)
     return ObserverResult(design, axis, motion, [*warnings, *design.warnings], logs, view, peak_sensitivity)
 
 

@@ -182,7 +182,7 @@ def plan(
     encoder: Encoder step, as "0.25 um".
     like: A typical log, which shows noise and encoder.
     micro_steps: A staircase of small steps instead of the sines before sliding, for a drive without them.
-    draws: Number of simulated runs of the plan to find the expected intervals; nine, or of an axis with a second mass
+    draws: Number of simulated runs of the plan to find the expected intervals; seven, or of an axis with a second mass
         or flaws, whose runs take long, three.
     Raises FricError: When the limits leave no room, or an accuracy is of no parameter.
     """
