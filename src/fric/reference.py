@@ -23,10 +23,13 @@ def instants(duration: float, sampling: float, *, more: int = 0, axes: int = 1) 
     return np.arange(ceil(duration * sampling) + more) / sampling
 
 
-def refuse_long(duration: float, sampling: float, axes: int = 1, runs: int = 1) -> None:
-    """Raise a `FricError` where the traces along a motion [s], at a sampling rate [Hz], take too much memory."""
+def refuse_long(duration: float, sampling: float, axes: int = 1, runs: int = 1, longest: float = 1.0) -> None:
+    """Raise a `FricError` where the traces along a motion [s], at a sampling rate [Hz], take too much memory.
+
+    longest: Duration of the longest of the runs, each of which is simulated alone, in those of the motion.
+    """
     samples = duration * sampling
-    if not (size := samples * axes * (SAMPLE_BYTES + TRACE_BYTES * (runs - 1))) < MOST_BYTES:
+    if not (size := samples * axes * (SAMPLE_BYTES * longest + TRACE_BYTES * (runs - 1))) < MOST_BYTES:
         of = f" of {axes} axes in {runs} runs" * (runs > 1)
         raise FricError(
             f"the motion takes {duration:.3g} s: {samples:.3g} samples at {sampling:g} Hz{of} take "

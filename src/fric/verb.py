@@ -174,7 +174,12 @@ def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.k
                     f"{called} takes {name} as {_words(hint)}, and was given '{given}'", hint=near(given, choices)
                 )
             raise refused(called, f"{name} as {_words(hint)}", given)
-        if not all(kind.holds(given) for kind in kinds_of(hint)):
+        empty = (
+            isinstance(given, list | tuple)
+            and not given
+            and isinstance(_signature(function).parameters[name].default, str)
+        )
+        if empty or not all(kind.holds(given) for kind in kinds_of(hint)):
             raise FricError(f"{called} takes {name} as {_words(hint)}, and was given {given}")
     return bound
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 import fric
 from fric.documents.machine_files import read_machine
@@ -28,6 +29,7 @@ from fric.planning.choose import (
     identified,
     lacks,
     more_records,
+    planned_for,
     prior_axis,
     scattering,
     typical,
@@ -171,6 +173,37 @@ def test_an_accuracy_takes_as_many_records_as_the_square_of_whatlacks() -> None:
     assert more_records({"F_s": (1e-9, True)}, found, {}) == {}  # which no number of records reaches
     with pytest.raises(fric.FricError, match="not a parameter of a plan"):
         fric.plan(stroke=0.3, feed=0.1, machine="xy-table", accuracy=["F_x=2%"])
+
+
+@pytest.mark.parametrize(("power", "records", "end"), [(0.0, 1, "more do not narrow it"), (0.5, 16, "16 are tried")])
+def test_records_are_added_as_long_as_they_narrow_the_interval(monkeypatch, power: float, records: int, end: str):
+    """C took sixteen times the cycles, and its interval was then twice as wide as of one."""
+    asked: list[tuple[dict[str, int], int]] = []
+
+    def found(axis, planned, advance, draws, known, plant):
+        times = dict(planned)
+        asked.append((times, draws))
+        half = 0.2 / times.get("sliding-sine", 1) ** power
+        return Expectation({"C": Expected(1.0, half, "N/s", (half, half))}, 3, ())
+
+    monkeypatch.setattr("fric.planning.choose.choose", lambda axis, limits, times, **_: tuple(times.items()))
+    monkeypatch.setattr("fric.planning.choose.expected", found)
+    axis = read_machine(Path("xy-table")).axis("x")
+    planned, expectation = planned_for(axis, Limits(0.3, 0.1, 5.0), {"C": (0.04, False)}, silent)
+    assert asked[-1] == (dict(planned), 3)
+    assert all(draws == 1 for _, draws in asked[:-1])
+    assert dict(planned).get("sliding-sine", 1) == records
+    assert [notice.values["end"] for notice in expectation.notices] == [end]
+
+
+def test_a_plant_of_another_input_is_refused(tmp_path: Path) -> None:
+    """It ended in a traceback: N/V is no unit of A/V."""
+    axis = read_machine(Path("virtual-rig")).axis("x")
+    tree = {"fric": "plant/1", "axis": "x", "motion": "linear/A", "A": "4 1/s", "B": "15 m/(s^2*V)", "T_d": "1 ms"}
+    tree["K_f"] = "3 A/V"
+    (tmp_path / "plant.yaml").write_text(yaml.safe_dump(tree))
+    with pytest.raises(FricError, match="the plant is of a linear/A axis, and axis x of the machine is not"):
+        fric.plan(stroke=0.3, feed=0.1, machine="virtual-rig", plant=tmp_path / "plant.yaml", axis=axis.name)
 
 
 def test_a_typical_log_tells_noise_and_encoder() -> None:

@@ -45,6 +45,15 @@ def test_a_response_and_a_stated_mode_do_not_go_together():
         fric.design_observer(plant(), "data/frequency-response.h5", controller=cascade(), first_mode="80 Hz")
 
 
+@pytest.mark.parametrize("given", [{"cutoff": 50.0}, {"bandwidth": "50 Hz"}, {"resonances": ["280Hz,0.02,0.1"]}])
+def test_a_stated_mode_without_effect_is_refused(given):
+    """Beside a cutoff, 'nan mm' was printed as the mode that Q is held below."""
+    with pytest.raises(fric.FricError, match="`first_mode=` goes with no resonance, cutoff or bandwidth"):
+        fric.design_observer(plant(), controller=cascade(), first_mode="80 Hz", **given)
+    with pytest.raises(fric.FricError, match="nan mm"):
+        fric.design_observer(plant(), controller=cascade(), first_mode="nan mm", **given)
+
+
 def test_a_controller_that_fric_took_by_itself_is_not_blamed_on_the_user():
     for given, blamed in ((cascade(), False), (None, True)):
         with pytest.raises(fric.FricError, match="without any observer") as refused:

@@ -179,7 +179,8 @@ def learn(
     placed = [machine.placed(n / PLACES).axes for n in range(PLACES if counts else 1)]
     places = [{name: every[name] for name in axes} for every in placed]
     sampling, samples = next(iter(axes.values())).cascade.sampling, len(next(iter(references.values())))
-    refuse_long(samples / sampling, sampling, len(axes), 2 * (rounds + 1))
+    longest = max(of_radius / of_feed for of_radius, of_feed in OTHERS)
+    refuse_long(samples / sampling, sampling, len(axes), 2 * (rounds + 2), longest)
     fed: list[list[Fed]] = [
         [{name: _nominal_friction(axis, references[name]) for name, axis in axes.items()}] for _ in places
     ]

@@ -54,13 +54,17 @@ Known = Annotated[
 """A number, or null for an infinite value or NaN, which JSON cannot hold."""
 
 
+class SchemaError(FricError, ValueError):
+    """An error of the schema, which pydantic collects; of the user where a document that was read is used."""
+
+
 @contextmanager
 def refused(place: str = "") -> Iterator[None]:
     """Turn a `FricError` within the block into an error of the schema, with place and remedy."""
     try:
         yield
     except FricError as error:
-        raise ValueError(f"{place}{': ' if place else ''}{error.what}\n{error.hint}") from None
+        raise SchemaError(error.what, where=place, hint=error.hint) from None
 
 
 def largest(given: Any) -> float:
@@ -218,11 +222,12 @@ def in_units(values: Mapping[str, Any], dimensions: Mapping[str, str], motion: M
 
 
 def quantities(given: Mapping[Any, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:
-    """Parse named quantities of known dimensions to SI; raise ValueError with a remedy on a misfit."""
+    """Parse named quantities of known dimensions to SI; raise SchemaError with a remedy on a misfit."""
     found: dict[str, Estimate] = {}
     for name, value in given.items():
         if name not in dimensions:
-            raise ValueError(f"{where or 'here'}: '{name}' is not a parameter\nKnown are {', '.join(dimensions)}.")
+            known_are = f"Known are {', '.join(dimensions)}."
+            raise SchemaError(f"'{name}' is not a parameter", where=where or "here", hint=known_are)
         with refused(f"{where}.{name}" if where else name):
             quantity = value if isinstance(value, Quantity) else Quantity.model_validate(value)
             found[name] = quantity.si(dimensions[name], motion)
@@ -233,11 +238,12 @@ Given = TypeVar("Given", Estimate, Quantity)
 
 
 def single(found: dict[str, Given]) -> dict[str, Given]:
-    """Return quantities of one number each; raise ValueError with a remedy if one is a list."""
+    """Return quantities of one number each; raise SchemaError with a remedy if one is a list."""
     for name, quantity in found.items():
         if isinstance(quantity.value, tuple | list):
             count = len(quantity.value)
-            raise ValueError(f"{name}: a list of {count} where one value is expected\nGive one number with its unit.")
+            what = f"a list of {count} where one value is expected"
+            raise SchemaError(what, where=name, hint="Give one number with its unit.")
     return found
 
 
@@ -265,7 +271,7 @@ class Physical(Part):
         return kept | in_units(kept, cls.dimensions, motion)
 
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
-        """Return the given quantities in SI; raise ValueError with a remedy on a wrong unit."""
+        """Return the given quantities in SI; raise SchemaError with a remedy on a wrong unit."""
         given = {name: getattr(self, name) for name in self.dimensions}
         return quantities(known(**given), self.dimensions, motion, where)
 
@@ -578,7 +584,7 @@ class FilePart(PartOf[T]):
         return {field.name: (kind, Field(given, description=text))}
 
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
-        """Return its numbers, with those of nested parts; raise ValueError with a remedy."""
+        """Return its numbers, with those of nested parts; raise SchemaError with a remedy."""
         for name, item in self:
             for n, part in enumerate(item if isinstance(item, list) else [item]):
                 if isinstance(part, FilePart):

@@ -5,7 +5,19 @@ from typing import Any, Self
 
 from pydantic import Field, model_validator
 
-from fric.documents.base import FilePart, Known, OfAxis, Part, Quantity, in_units, known, of, read_off, refused
+from fric.documents.base import (
+    FilePart,
+    Known,
+    OfAxis,
+    Part,
+    Quantity,
+    SchemaError,
+    in_units,
+    known,
+    of,
+    read_off,
+    refused,
+)
 from fric.estimate import Estimate
 from fric.notice import Notice
 from fric.simulate.experiment import EXPERIMENTS, Limits, Narrowing, Plan, Planned, Setting
@@ -31,13 +43,14 @@ class ExperimentPart(Part):
     settings: dict[str, Quantity]
 
     def planned(self, motion: Motion) -> Planned:
-        """Return the experiment; raise ValueError where there is no such kind or setting, or a unit does not fit."""
+        """Return the experiment; raise SchemaError where there is no such kind or setting, or a unit does not fit."""
         if self.kind not in {*EXPERIMENTS, "circle"}:
-            raise ValueError(f"there is no experiment '{self.kind}'\nThere are {', '.join(EXPERIMENTS)}, and circle.")
+            hint = f"There are {', '.join(EXPERIMENTS)}, and circle."
+            raise SchemaError(f"there is no experiment '{self.kind}'", hint=hint)
         found: dict[str, Setting] = {}
         for name, given in self.settings.items():
             if name not in SETTINGS:
-                raise ValueError(f"'{name}' is not a setting\nKnown are {', '.join(SETTINGS)}.")
+                raise SchemaError(f"'{name}' is not a setting", hint=f"Known are {', '.join(SETTINGS)}.")
             with refused(name):
                 size = given.si(SETTINGS[name], motion)
                 if name in {"amplitudes", "peaks", "speeds"}:

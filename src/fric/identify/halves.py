@@ -1,9 +1,11 @@
 """Halves of the records, identified separately: whether intervals cover the differences of repeated measurements."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from math import hypot, inf
+from typing import Literal
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from fric.arrays import Mask
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.flaws.static_map import FORCE_OVER_POSITION
 from fric.identify.plant.identify import identify_motion
 from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.points import Asked, stroke_points
@@ -133,14 +136,22 @@ def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str,
 
 
 def _of_motions(logs: Sequence[Log]) -> Iterator[tuple[str, Fit, Fit]]:
-    def fit(some: Sequence[Log]) -> Fit:
-        return lambda: identify_motion(some).estimates
+    each = cache(lambda: identify_motion(logs, direction="each"))
 
-    each = cache(lambda: identify_motion(logs, direction="each").estimates)
+    def fit(some: Sequence[Log]) -> Fit:
+        def made() -> Mapping[str, Estimate]:
+            place: Literal["none"] | None = None
+            with suppress(FricError):  # halves of what does not depend on the place do not either
+                if all(warning.code != FORCE_OVER_POSITION.code for warning in each().warnings):
+                    place = "none"
+            return identify_motion(some, place=place).estimates
+
+        return made
 
     def side(name: str) -> Fit:
         def made() -> Mapping[str, Estimate]:
-            return {key.removesuffix(name): estimate for key, estimate in each().items() if key.endswith(name)}
+            found = each().estimates
+            return {key.removesuffix(name): estimate for key, estimate in found.items() if key.endswith(name)}
 
         return made
 

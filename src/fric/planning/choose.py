@@ -81,10 +81,11 @@ def prior_axis(
         notices.append(PLAN_TYPICAL.found(machine=TYPICAL, like=bool(like)))
     else:
         found = machine.axis(name)
-    if friction is not None:
-        if not friction.belongs(friction.axis, found.motion):
-            raise FricError(f"the friction is of a {friction.motion} axis, and axis {name} of the machine is not",
+    for document, what in ((friction, "friction"), (plant, "plant")):
+        if document is not None and not document.belongs(document.axis, found.motion):
+            raise FricError(f"the {what} is of a {document.motion} axis, and axis {name} of the machine is not",
                             hint="Give the machine with `machine=`.")  # fmt: skip
+    if friction is not None:
         found = replace(found, friction=_friction(friction, found))
     if plant is not None:
         found = replace(found, plant=plant.plant(found.motion))

@@ -1099,7 +1099,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     border: int | None = None,
     mass: float | None = None,
     replayed: Callable[[Sequence[Prepared]], RigidAxis | None] | None = None,
-    place: ForceOverPosition | None = None,
+    place: ForceOverPosition | Literal["none"] | None = None,
 ) -> MotionFit:
     """Fit a rigid axis to motions by least squares on zero-phase filtered, decimated signals.
 
@@ -1118,7 +1118,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     cutoff, decimation, border: See `Conditioning`; chosen from the sampling rate where not given.
     replayed: Gives the estimates of motions by a law that falls with speed and yields before it slides; they are taken
         where their intervals are narrower, or they are outside of those of the rigid fit.
-    place: Force over position that was taken off; by default the one that strokes at constant velocity show.
+    place: Force over position that was taken off, or "none"; by default the one that strokes at constant velocity show.
     Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
         the terms.
     """
@@ -1133,6 +1133,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
         length = Estimate(float(np.ptp(place.places)), logs[0].unit("position"))
         said = FORCE_OVER_POSITION.found(varies=varies, length=length, either=False, taken_off=True, level=np.inf)
         return replace(fit, warnings=(*fit.warnings, said))
+    place = None if place == "none" else place
     logs, clocks = zip(*map(evened, logs), strict=True)
     channel: Literal["force", "input"] = (
         "force" if all(log.force is not None for log in logs) or force_constant is not None else "input"
