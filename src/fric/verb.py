@@ -174,12 +174,10 @@ def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.k
                     f"{called} takes {name} as {_words(hint)}, and was given '{given}'", hint=near(given, choices)
                 )
             raise refused(called, f"{name} as {_words(hint)}", given)
-        empty = (
-            isinstance(given, list | tuple)
-            and not given
-            and isinstance(_signature(function).parameters[name].default, str)
-        )
-        if empty or not all(kind.holds(given) for kind in kinds_of(hint)):
+        default = _signature(function).parameters[name].default
+        if isinstance(given, list | tuple) and not given and isinstance(default, str):
+            raise FricError(f"`{name}=` of {called} is empty", hint=f"Leave it out for '{default}'.")
+        if not all(kind.holds(given) for kind in kinds_of(hint)):
             raise FricError(f"{called} takes {name} as {_words(hint)}, and was given {given}")
     return bound
 

@@ -375,3 +375,11 @@ def test_junk_is_refused_by_every_method_with_its_name(asked: Callable[..., Any]
 def test_what_is_in_a_mapping_is_refused_as_where_it_stands_alone(make: Callable[[], Any]) -> None:
     with pytest.raises(FricError):
         make()
+
+
+def test_an_empty_list_in_place_of_a_choice_is_refused() -> None:
+    """`models=[]` ended in "max() arg is an empty sequence"."""
+    with pytest.raises(FricError, match="`models=` of compare is empty"):
+        fric.compare("data/presliding-sine.h5", models=[])
+    with pytest.raises(FricError, match="`schemes=` of circle is empty"):
+        fric.circle("xy-table", ())
