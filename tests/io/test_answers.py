@@ -129,3 +129,38 @@ def test_a_period_that_the_motion_shows_and_that_is_not_sure_is_asked(tmp_path: 
     assert ["At which rate" in text for text in asked] == [True]
     (log,) = fric.read(tmp_path / "log.h5").records
     np.testing.assert_allclose(np.diff(log.time), 3.1e-3, rtol=1e-3)
+
+
+@pytest.mark.parametrize("position", [True, False])
+def test_pole_pairs_are_asked_where_a_speed_counts_electrical_turns(tmp_path: Path, *, position: bool) -> None:
+    """A VESC's log was refused: a mapping had to say what a turn of its erpm is."""
+    a, pairs = axis_of_a_drive(n=3000), 7
+    counted = [np.floor(42 * 40.0 * a["position"])] * position  # of 40 turns a metre
+    erpm = np.rint(pairs * 60.0 * 40.0 * a["velocity"])
+    header = ["ms", *["tachometer"] * position, "erpm", "current_motor"]
+    path = write(tmp_path / "log.csv", ";".join(header), a["t"] * 1e3, *counted, erpm, a["current"])
+    asked: list[str] = []
+    found = find_sources([path], None, tmp_path, ask=answers(asked, pole=str(pairs)))
+    assert sum("pole pairs" in text for text in asked) == 1
+    fric.ingest(path, output=tmp_path / "log.h5", mapping=found.logs[0].mapping)
+    (log,) = fric.read(tmp_path / "log.h5").records
+    assert log.motion == "rotary/A"
+    assert log.velocity is not None
+    np.testing.assert_allclose(log.velocity, 2.0 * np.pi * 40.0 * a["velocity"][: len(log)], atol=0.05)
+
+
+@pytest.mark.parametrize(("answer", "motion", "size"), [("0.5 mm", "linear/A", 5e-4), ("3 deg", "rotary/A", 0.052360)])
+def test_a_position_in_volts_is_asked_for_what_a_volt_is(tmp_path: Path, answer: str, motion: str, size: float) -> None:
+    """Of an oscilloscope's channels the answers were rad, mm, deg and rev, and a mapping had to say the scale."""
+    a = axis_of_a_drive(n=3000)
+    volts = 40.0 * a["position"]
+    path = write(tmp_path / "log.csv", "TIME (s);CH1 (V);CH2 (V)", a["t"], volts, 0.1 * a["current"])
+    asked: list[str] = []
+    found = find_sources([path], None, tmp_path, ask=answers(asked, motion=answer, unit="10 A"))
+    fric.ingest(path, output=tmp_path / "log.h5", mapping=found.logs[0].mapping)
+    (log,) = fric.read(tmp_path / "log.h5").records
+    assert log.motion == motion
+    assert log.position is not None
+    assert log.force is not None
+    np.testing.assert_allclose(np.ptp(log.position), size * np.ptp(volts), rtol=1e-3)
+    np.testing.assert_allclose(np.ptp(log.force), np.ptp(a["current"]), rtol=1e-3)

@@ -16,11 +16,13 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.propose import NEEDED, Guess, Guessed, first_of, wanted_roles
 from fric.io.readers import tables
+from fric.io.readers.base import Column
 from fric.io.roles import SURE, AxisColumns, Role, take_reading
-from fric.io.words import Reading
+from fric.io.words import Reading, is_electrical, named_as
 from fric.output import folder_made, written
-from fric.units import Motion, converts, factor, in_units_of, is_scale, parse, rotates
+from fric.units import PLAIN, Motion, converts, factor, in_units_of, is_scale, parse, rotates
 
+MOST_POLES = 1000  # Pole pairs of a motor, at most
 MOST_QUESTIONS = 3  # Largest number of questions; of the rest the likeliest answer is taken
 NAME = "fric-mapping"  # Name of the mapping that answers become, in the folder of the logs
 NO_TIME = Role("time", None, "", 1.0, 0.0, "as was answered")
@@ -191,6 +193,35 @@ def _of_column(found: Sequence[Guess]) -> Question | None:
     )
 
 
+def _of_poles(found: Sequence[Guess]) -> Question | None:
+    """Ask for the pole pairs of a motor whose velocity counts electrical turns; a position beside it is left out."""
+    asked: list[tuple[Guess, Column]] = []
+    for guess in found:
+        speeds = [column for column in guess.table.columns if is_electrical(column) and named_as(column) == "velocity"]
+        roles = [guess.axis.roles[of] for of in ("position", "velocity") if of in guess.axis.roles]
+        asked += [(guess, column) for column in speeds[:1] if roles and not any(role.unit for role in roles)]
+    if not asked:
+        return None
+    first, speed = asked[0]
+
+    def apply(pairs: int) -> None:
+        for guess, column in asked:
+            turns = column.unit if converts(column.unit, "velocity", "rotary") else "rpm"
+            n, unit, axis = guess.table.columns.index(column), f"{1.0 / pairs:.9g} {turns}", guess.axis
+            axis.roles["velocity"] = Role("velocity", n, unit, 1.0, 1.0, "as was answered")
+            axis.motion, axis.motion_likelihood = in_units_of("rotary", axis.motion.partition("/")[2]), 1.0
+            axis.roles.pop("position", None)
+
+    return Question(
+        f"'{speed.name}' counts electrical turns. How many pole pairs has the motor of "
+        f"{_named([guess for guess, _ in asked])}? Give any number.",
+        [(f"{pairs} pole pair{'s' * (pairs > 1)}", pairs) for pairs in (1, 2, 3, 4)],
+        apply,
+        [picture(_column(first, first.table.columns.index(speed)))],
+        lambda text: int(text) if text.isdecimal() and 0 < int(text) < MOST_POLES else None,
+    )
+
+
 def _of_units(found: Sequence[Guess]) -> Question | None:
     """Ask for the units of a motion, and with them whether it is linear or rotary."""
     if not (asked := [guess for guess in found if _is_open(guess)]):
@@ -201,6 +232,8 @@ def _of_units(found: Sequence[Guess]) -> Question | None:
 
     position = _column(first, (first.axis.roles.get("position") or first.axis.roles["velocity"]).column)
     counts = "position" in first.axis.roles and bool(np.all(np.rint(position) == position))
+    place = first.axis.roles.get("position", NO_TIME)
+    volts = place.column is not None and converts(first.table.columns[place.column].unit, "input")
     speed = first.axis.roles.get("velocity", NO_TIME)
     said = speed.unit if speed.unit_likelihood >= SURE and converts(speed.unit, "velocity", "rotary") else ""
 
@@ -220,10 +253,15 @@ def _of_units(found: Sequence[Guess]) -> Question | None:
     def understood(text: str) -> Reading | None:
         if counts and text.isdecimal() and 0 < int(text) < 2**40:
             return replace(readings[0], motion="rotary", position=f"{1.0 / int(text):.9g} rev", velocity=said)
+        if volts and is_scale(text):
+            moves = (motion for motion in PLAIN if converts(text.partition(" ")[2], "position", motion))
+            return next((replace(readings[0], motion=motion, position=text, velocity="") for motion in moves), None)
         return next((r for r in readings if text in {r.position, r.velocity, r.motion}), None)
 
     return Question(
-        f"In which units is the motion of {_named(asked)}?" + " Or how many counts has a turn?" * counts,
+        f"In which units is the motion of {_named(asked)}?"
+        + " Or how many counts has a turn?" * counts
+        + " Or what is one of its V, as 0.5 mm?" * volts,
         [(_meaning(first, reading), reading) for reading in likely],
         apply,
         [picture(position)],
@@ -287,7 +325,7 @@ def _of_force(found: Sequence[Guess]) -> Question | None:
     return Question(text, choices, apply, [picture(_column(guess, first.column))], understood) if choices else None
 
 
-_ORDER = (_of_rate, _of_column, _of_units, _of_force, partial(_of_rate, known=True))
+_ORDER = (_of_rate, _of_column, _of_poles, _of_units, _of_force, partial(_of_rate, known=True))
 
 
 def _column(guess: Guess, n: int | None) -> Real:

@@ -521,8 +521,6 @@ def identify_gms(
         doubtful += settled(of_friction(forward, motion, known.M if known else None, where_of(static)))
         doubtful += settled(of_level(records, forward.F_s))
     at = None if knots == "auto" else several(knots, "position", motion)
-    if at == []:
-        raise FricError("no knot was given", hint="Name them in order, as in '0.9 um, 26 um, 54 um'; or leave it auto.")
     if at is not None and blocks not in {"auto", len(at), str(len(at))}:
         raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", hint="Leave `blocks=` out.")
     found = fit_gms(
