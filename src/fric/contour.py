@@ -119,10 +119,8 @@ def circularity(x: Real, y: Real, radius: float) -> Circularity:
     covered = np.abs(angle[-1] - angle)
     whole = np.flatnonzero(covered >= 2 * pi - 1e-3)
     if not len(whole):
-        raise FricError(
-            f"the motion covers {np.degrees(covered.max()):.0f}° of the circle, and a revolution is needed",
-            hint="Give more revolutions, or a lower feed.",
-        )
+        what = f"the motion covers {np.degrees(covered.max()):.0f}° of the circle, and a revolution is needed"
+        raise FricError(what, hint="Give more revolutions, or a lower feed.")
     last = slice(int(whole[-1]), None)
     angle, rho = angle[last], np.hypot(x[last], y[last])
     deviation = rho - np.median(rho)
@@ -130,10 +128,8 @@ def circularity(x: Real, y: Real, radius: float) -> Circularity:
     def peak(centre: float) -> float:
         near = deviation[np.abs((angle - centre + pi) % (2 * pi) - pi) <= WINDOW]
         if not len(near):
-            raise FricError(
-                f"a revolution has {len(rho)} samples, and none near one of its reversals",
-                hint="Lower the feed, widen the circle, or sample more often.",
-            )
+            hint = "Lower the feed, widen the circle, or sample more often."
+            raise FricError(f"a revolution has {len(rho)} samples, and none near one of its reversals", hint=hint)
         return float(near[np.argmax(np.abs(near))])
 
     first, second, third, fourth = (peak(quarter * pi / 2) for quarter in range(4))

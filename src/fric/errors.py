@@ -157,6 +157,5 @@ def near(given: str, known: Iterable[str]) -> str:
 def require_known(name: str, known: Iterable[str], what: str, there: str = "There are", where: str = "") -> None:
     """Raise a `FricError` with a similar name and all there are, if a name is not known: ``there is no target``."""
     if name not in known:
-        raise FricError(
-            f"{what} '{name}'", where=where, hint=f"{near(name, known)}{there} {', '.join(known) or 'none'}."
-        )
+        hint = f"{near(name, known)}{there} {', '.join(known) or 'none'}."
+        raise FricError(f"{what} '{name}'", where=where, hint=hint)

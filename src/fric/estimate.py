@@ -87,9 +87,8 @@ class Estimate:
 
     def __float__(self) -> float:
         if isinstance(self.value, tuple):
-            raise FricError(
-                f"a list of {len(self.value)} where one value is expected", hint="Give one number with its unit."
-            )
+            hint = "Give one number with its unit."
+            raise FricError(f"a list of {len(self.value)} where one value is expected", hint=hint)
         return float(self.value)
 
     @classmethod

@@ -119,9 +119,8 @@ class Log(FromFile):
             vars(self)["force"] = vars(self)["input"] = self.input if self.force is None else self.force
         keep(self, {name: channel_dimension(name) for name in CHANNELS}, self.where, motion=self.motion)
         if self.position is None and self.velocity is None:
-            raise FricError(
-                "there is neither position nor velocity", where=self.where, hint="Map one of them to a column."
-            )
+            hint = "Map one of them to a column."
+            raise FricError("there is neither position nor velocity", where=self.where, hint=hint)
 
     @classmethod
     @verb

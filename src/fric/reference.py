@@ -68,10 +68,8 @@ class Reference:
         if lead == 0.0:
             return self
         if not lead <= MOST_LEAD:
-            raise FricError(
-                f"a lead of {lead:.3g} s is more than the {MOST_LEAD:g} s that a motion is known ahead",
-                hint="Look at its unit.",
-            )
+            what = f"a lead of {lead:.3g} s is more than the {MOST_LEAD:g} s that a motion is known ahead"
+            raise FricError(what, hint="Look at its unit.")
         whole, s = divmod(lead * self.sampling, 1.0)
         if s > 1.0 - 1e-9:  # the rounding of a whole number of samples
             whole, s = whole + 1.0, 0.0
@@ -198,10 +196,8 @@ def sliding_sine(mean: float, swing: float, frequency: float, cycles: int, sampl
     sampling: Samples a second [Hz].
     """
     if not 0 < swing < abs(mean):
-        raise FricError(
-            f"a velocity of {mean:g} m/s with an amplitude of {swing:g} m/s reverses the motion",
-            hint="Sliding needs an amplitude below the mean velocity.",
-        )
+        hint = "Sliding needs an amplitude below the mean velocity."
+        raise FricError(f"a velocity of {mean:g} m/s with an amplitude of {swing:g} m/s reverses the motion", hint=hint)
     _refuse_fast(frequency, sampling)
     ramp = 2.0 / frequency
     t = instants(cycles / frequency + 2 * ramp, sampling)

@@ -215,10 +215,8 @@ def _of_an_angle(unit: str, spelled: str, dimension: str) -> str:
         return "rpm"
     units = _registry().Quantity(1.0, spelled).units
     if "count" in str(units) or units in {_registry().Unit(u) for u in ("percent", "", "Hz", "1/s")}:
-        raise FricError(
-            f"{dimension} cannot be in '{unit}': that does not say what angle it is",
-            hint='Write rad/s or rev/s, or give the angle of one logged unit as a scale, as in scale: "0.0879 mrad".',
-        )
+        hint = 'Write rad/s or rev/s, or give the angle of one logged unit as a scale, as in scale: "0.0879 mrad".'
+        raise FricError(f"{dimension} cannot be in '{unit}': that does not say what angle it is", hint=hint)
     return spelled
 
 
@@ -255,9 +253,8 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
         return value * (factor(unit, dimension, motion) if unit else 1.0)
     except FricError as error:
         plain = error.hint == f"Give a unit that converts to {si}."
-        raise FricError(
-            error.what, hint=f"Write '{likely(number, dimension, motion)}'." if plain else error.hint
-        ) from None
+        hint = f"Write '{likely(number, dimension, motion)}'." if plain else error.hint
+        raise FricError(error.what, hint=hint) from None
 
 
 _LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {

@@ -170,9 +170,8 @@ def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.k
         hint = _hints(function)[name]
         if not _fits(given, hint):
             if isinstance(given, str) and (choices := _choices(hint)):
-                raise FricError(
-                    f"{called} takes {name} as {_words(hint)}, and was given '{given}'", hint=near(given, choices)
-                )
+                what = f"{called} takes {name} as {_words(hint)}, and was given '{given}'"
+                raise FricError(what, hint=near(given, choices))
             raise refused(called, f"{name} as {_words(hint)}", given)
         default = _signature(function).parameters[name].default
         if isinstance(given, list | tuple) and not given and isinstance(default, str):

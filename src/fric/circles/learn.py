@@ -43,10 +43,8 @@ class Learning:
         default = cls(1.0, 200.0) if feed >= FAST else cls(0.5, 100.0)
         made = cls(default.share if share is None else share, default.bandwidth if bandwidth is None else bandwidth)
         if not (0 < made.share <= 1 and made.bandwidth > 0):
-            raise FricError(
-                f"a share of {made.share:g} at {made.bandwidth:g} Hz is nothing to learn with",
-                hint="The share lies above 0 and up to 1, the bandwidth above 0.",
-            )
+            hint = "The share lies above 0 and up to 1, the bandwidth above 0."
+            raise FricError(f"a share of {made.share:g} at {made.bandwidth:g} Hz is nothing to learn with", hint=hint)
         return made
 
 

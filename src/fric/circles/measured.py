@@ -60,9 +60,8 @@ def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
     period = float(np.median(np.diff(time)))
     samples = round((time[-1] - time[0]) / period) + 1
     if samples > MOST_MISSING * len(time):
-        raise FricError(
-            f"{len(time)} samples cover the time of {samples:.3g}", hint="Record it again, without gaps in its time."
-        )
+        hint = "Record it again, without gaps in its time."
+        raise FricError(f"{len(time)} samples cover the time of {samples:.3g}", hint=hint)
     t = time[0] + period * np.arange(samples)
     if len(t) == len(time) and np.abs(t - time).max() < 0.02 * period:
         mean = float(time[-1] - time[0]) / (len(time) - 1)

@@ -639,10 +639,9 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     direction, each kept if it explains more. In each case the intervals are those of the whole shape.
     """
     if "gms" not in axis.nominal_friction.models:
-        raise FricError(
-            f"the controller of axis {axis.name} believes no GMS model, which tuning starts from",
-            hint="Identify one: fric identify gms, and name it under feedforward in the machine file.",
-        )
+        what = f"the controller of axis {axis.name} believes no GMS model, which tuning starts from"
+        hint = "Identify one: fric identify gms, and name it under feedforward in the machine file."
+        raise FricError(what, hint=hint)
     nominal = axis.nominal or axis.plant
     records = tuple(tune_fit.voltage_record(test, axis.name) for test in tests)
     few = tune_fit.BalanceCoordinates.of(axis.nominal_friction.models["gms"], nominal.T_d)

@@ -77,11 +77,9 @@ def validate_closed_loop(
     reference = log.require("reference", "a closed-loop replay")
     rate = even_sampling(log)
     if abs(rate / cascade.sampling - 1) > 1e-3:
-        raise FricError(
-            f"the record is sampled at {rate:g} Hz and the controller runs at {cascade.sampling:g} Hz",
-            where=log.where,
-            hint="Log at the controller's rate; without `controller=` the friction alone is replayed.",
-        )
+        what = f"the record is sampled at {rate:g} Hz and the controller runs at {cascade.sampling:g} Hz"
+        hint = "Log at the controller's rate; without `controller=` the friction alone is replayed."
+        raise FricError(what, where=log.where, hint=hint)
     force = _driven(log, plant)
     recorded = log.input if log.input is not None else force / plant.K_f
     ahead, added, warnings = controller_behind(log, plant, cascade, reference, recorded, rate)

@@ -91,10 +91,8 @@ class Adaptive(ControlBlock):
         """Return rates, bounds, the filter and both models along the reference [V]."""
         model, reference = nominal_friction(setting, self.name), setting.reference
         if reference is None or not hasattr(model, "k"):
-            raise FricError(
-                "'adaptive' follows the stiffness of slip blocks along a reference, and there is none",
-                hint="Identify them: fric identify gms.",
-            )
+            what = "'adaptive' follows the stiffness of slip blocks along a reference, and there is none"
+            raise FricError(what, hint="Identify them: fric identify gms.")
         motion, rows = reference.ahead(setting.lead), []
         for share in (SOFT, STIFF):
             other = replace(model, k=tuple(share * k for k in model.k))  # type: ignore[type-var]

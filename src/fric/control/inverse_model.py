@@ -130,18 +130,14 @@ class DisturbanceObserver(ControlBlock):
 @lru_cache(maxsize=64)
 def _discrete(q: QFilter, A: float, B: float, sampling: float) -> DiscreteObserver:
     if not q.cutoff < sampling / 2:
-        raise FricError(
-            f"a cutoff of {q.cutoff:g} Hz does not fit a sampling rate of {sampling:g} Hz",
-            hint="Choose a cutoff below half the sampling rate.",
-        )
+        hint = "Choose a cutoff below half the sampling rate."
+        raise FricError(f"a cutoff of {q.cutoff:g} Hz does not fit a sampling rate of {sampling:g} Hz", hint=hint)
     poles, zeros = q.poles.tolist(), q.zeros.tolist()
     # n equal poles are found from rounded coefficients to the n-th root of the rounding
     lowest = 10 * np.finfo(float).eps ** (1 / len(poles)) * sampling / (2 * np.pi)
     if q.cutoff < lowest:
-        raise FricError(
-            f"a cutoff of {q.cutoff:g} Hz is too low for {q.name} at a sampling rate of {sampling:g} Hz",
-            hint=f"Choose a cutoff above {lowest:.2g} Hz.",
-        )
+        what = f"a cutoff of {q.cutoff:g} Hz is too low for {q.name} at a sampling rate of {sampling:g} Hz"
+        raise FricError(what, hint=f"Choose a cutoff above {lowest:.2g} Hz.")
     unit_gain = (prod(-pole for pole in poles) / prod(-zero for zero in zeros)).real
     return DiscreteObserver(
         inverse=_tustin([*zeros, 0.0, -A], poles, unit_gain / B, sampling), low_pass=_held(zeros, poles, sampling)

@@ -77,13 +77,11 @@ class Repetitive(ControlBlock):
         """Return the period of the motion in samples."""
         period = 0.0 if setting.reference is None else setting.reference.period * setting.sampling
         if period == 0.0:
-            raise FricError(
-                "a repetitive controller needs a motion that repeats", hint="Take it for circles of two revolutions."
-            )
+            hint = "Take it for circles of two revolutions."
+            raise FricError("a repetitive controller needs a motion that repeats", hint=hint)
         if period < 2 * ROOM:
-            raise FricError(
-                f"the motion repeats after {period:.0f} samples, and the filters are {TAPS} long", hint="Move slower."
-            )
+            what = f"the motion repeats after {period:.0f} samples, and the filters are {TAPS} long"
+            raise FricError(what, hint="Move slower.")
         return period
 
     def filters(self, setting: Setting, late: float, lead: float) -> tuple[Real, Real]:

@@ -126,10 +126,8 @@ def nominal_friction(setting: Setting, name: str) -> FrictionModel:
     for model in ("gms", "static", *setting.models):
         if model in setting.models:
             return setting.models[model]
-    raise FricError(
-        f"'{name}' goes by the friction that was identified, and the controller believes in none",
-        hint="Identify it: fric identify gms.",
-    )
+    what = f"'{name}' goes by the friction that was identified, and the controller believes in none"
+    raise FricError(what, hint="Identify it: fric identify gms.")
 
 
 @lru_cache(maxsize=16)

@@ -61,25 +61,18 @@ class Scheme:
         object.__setattr__(self, "title", printable(self.title))
         require_feedforward(self.gain, self.lead)
         if (kind := block_type(self.controller).kind) != "controller":
-            raise FricError(
-                f"scheme {self.name} asks for '{self.controller}' as its controller, which is of the kind {kind}",
-                hint="Name it among the blocks.",
-            )
+            what = f"scheme {self.name} asks for '{self.controller}' as its controller, which is of the kind {kind}"
+            raise FricError(what, hint="Name it among the blocks.")
         if len(self.blocks) >= BLOCKS:
-            raise FricError(
-                f"scheme {self.name} has {len(self.blocks)} blocks", hint=f"A loop has room for {BLOCKS - 1}."
-            )
+            hint = f"A loop has room for {BLOCKS - 1}."
+            raise FricError(f"scheme {self.name} has {len(self.blocks)} blocks", hint=hint)
         for block in self.block_types:
             if block.kind == "controller":
-                raise FricError(
-                    f"scheme {self.name} names the controller '{block.name}' among its blocks",
-                    hint=f"Write it as controller: {block.name}.",
-                )
+                hint = f"Write it as controller: {block.name}."
+                raise FricError(f"scheme {self.name} names the controller '{block.name}' among its blocks", hint=hint)
         if self.joint and len(self.designed) != 1:
-            raise FricError(
-                f"scheme {self.name} designs its cascade together with {len(self.designed)} blocks that are tuned",
-                hint="Name one observer, or one controller, that 'fric design block' designs.",
-            )
+            what = f"scheme {self.name} designs its cascade together with {len(self.designed)} blocks that are tuned"
+            raise FricError(what, hint="Name one observer, or one controller, that 'fric design block' designs.")
 
     @property
     def block_types(self) -> list[type[ControlBlock]]:

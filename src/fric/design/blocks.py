@@ -67,10 +67,8 @@ def design_block(
     found = largest_that_keeps(keeps, np.geomspace(tuned.lower, tuned.upper, TRIED), 1e-4)
     text = f"the peak sensitivity of the whole loop, {decibel(peak_sensitivity):.3g} dB"
     if found == 0.0:
-        raise FricError(
-            f"'{kind.name}' misses {text}, at the smallest {kind.tuned} already",
-            hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
-        )
+        hint = "Lower the gains of the controller, or ask for a larger peak sensitivity."
+        raise FricError(f"'{kind.name}' misses {text}, at the smallest {kind.tuned} already", hint=hint)
     value, reason = cut(min(found, 1e300)), f"limited by {text}"
     if found == inf:
         value, reason = tuned.upper, "limited by no margin, but by its bound"

@@ -42,10 +42,8 @@ class Requirement:
 
     def __post_init__(self) -> None:
         if not (0 < self.phase_margin < pi and 1 < self.gain_margin < inf):
-            raise FricError(
-                f"{np.degrees(self.phase_margin):.3g}° and {decibel(self.gain_margin):.3g} dB are not margins",
-                hint="Give a phase margin between 0° and 180°, and a gain margin above 0 dB.",
-            )
+            what = f"{np.degrees(self.phase_margin):.3g}° and {decibel(self.gain_margin):.3g} dB are not margins"
+            raise FricError(what, hint="Give a phase margin between 0° and 180°, and a gain margin above 0 dB.")
 
     def met(self, found: Margins) -> bool:
         """Return whether the margins are met, to nine digits."""
@@ -128,10 +126,8 @@ def design_cascade(
             raise _infeasible(plant, [with_crossover(f_c) for f_c in crossovers], asked, "velocity")
         return assess_cascade(plant, _position_gain(plant, with_crossover(found), asked))
     if not 0 < crossover < sampling / 2:
-        raise FricError(
-            f"a crossover of {crossover:g} Hz does not fit a sampling rate of {sampling:g} Hz",
-            hint="Give one between 0 and half the sampling rate.",
-        )
+        hint = "Give one between 0 and half the sampling rate."
+        raise FricError(f"a crossover of {crossover:g} Hz does not fit a sampling rate of {sampling:g} Hz", hint=hint)
     return _checked(plant, asked, with_crossover, crossovers, crossover)
 
 

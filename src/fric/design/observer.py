@@ -320,10 +320,8 @@ def _sensitive_limit(whole: WholeLoop, filter: str, peak_sensitivity: float) -> 
     tried = np.geomspace(2.5e-4 * sampling, 0.45 * sampling, TRIED)
     limit = largest_that_keeps(keeps, tried)
     if limit == 0.0:
-        raise FricError(
-            f"an observer of {tried[0]:.3g} Hz already misses the peak sensitivity that is asked",
-            hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
-        )
+        what = f"an observer of {tried[0]:.3g} Hz already misses the peak sensitivity that is asked"
+        raise FricError(what, hint="Lower the gains of the controller, or ask for a larger peak sensitivity.")
     return None if limit == inf else QFilter(filter, limit)
 
 

@@ -474,10 +474,8 @@ class Document(Part):
             ]  # fmt: skip
             if not odd:
                 raise
-            raise FricError(
-                f"{odd[0]} comes out as no number: the data do not tell it",
-                hint="Look at the records with `fric inspect`, and leave out what is odd.",
-            ) from None
+            hint = "Look at the records with `fric inspect`, and leave out what is odd."
+            raise FricError(f"{odd[0]} comes out as no number: the data do not tell it", hint=hint) from None
 
     def notices(self) -> tuple[Notice, ...]:
         """Return the warnings as data; a warning without a code, of an older file, is a doubt."""

@@ -157,10 +157,8 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
     def estimates(self, section: str) -> dict[str, Estimate]:
         """Return the parameters of one section (``static``, ``gms``, …) in SI."""
         if not (given := self.section(section)):
-            raise FricError(
-                f"there is no '{section}' in the friction of axis {self.axis}",
-                hint=f"Identify it, or take one of {', '.join(self.sections())}.",
-            )
+            hint = f"Identify it, or take one of {', '.join(self.sections())}."
+            raise FricError(f"there is no '{section}' in the friction of axis {self.axis}", hint=hint)
         if section == "at_speed":
             return quantities(given, {"velocity": "velocity", "force": "force"}, self.motion, section)
         name = section.removesuffix("_negative")
@@ -205,10 +203,8 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
     def maps(self) -> tuple[StaticMap, StaticMap | None]:
         """Return the static map, and that of the negative direction, where each direction has a map."""
         if not self.section("static"):
-            raise FricError(
-                f"the friction of axis {self.axis} holds no static map",
-                hint="Make one with `fric identify static`, or leave `static=` out.",
-            )
+            hint = "Make one with `fric identify static`, or leave `static=` out."
+            raise FricError(f"the friction of axis {self.axis} holds no static map", hint=hint)
         return StaticMap.from_sections({"static": self.estimates("static")}), self.backward()
 
     def found_with(self, model: str | None) -> tuple[FrictionModel, float]:

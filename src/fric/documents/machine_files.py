@@ -258,10 +258,8 @@ def _block(axis: str, name: str, given: BlockDocument | dict[str, Quantity], mot
             what, _, hint = str(error).partition("\n")
             raise FricError(what, hint=hint) from None
     if (given.block, given.axis, given.motion) != (name, axis, motion):
-        raise FricError(
-            f"blocks.{name}: the file is the block '{given.block}' of the {given.motion} axis {given.axis}",
-            hint=f"Name the file of '{name}' on this axis.",
-        )
+        what = f"blocks.{name}: the file is the block '{given.block}' of the {given.motion} axis {given.axis}"
+        raise FricError(what, hint=f"Name the file of '{name}' on this axis.")
     return given.values()
 
 
@@ -362,16 +360,12 @@ def _sections(given: Iterable[FrictionModel], axis: Axis) -> dict[str, dict[str,
     for model in given:
         kind = type(model.model if isinstance(model, Directed) else model)
         if model_type(model.name) is not kind:
-            raise FricError(
-                f"axis {axis.name}: no file holds the friction {kind.__name__}",
-                hint="Give the axis a model with parameters, as `fric.GMS`, by `dataclasses.replace`.",
-            )
+            hint = "Give the axis a model with parameters, as `fric.GMS`, by `dataclasses.replace`."
+            raise FricError(f"axis {axis.name}: no file holds the friction {kind.__name__}", hint=hint)
         for section, values in sections_of(model, axis.motion).items():
             if found.setdefault(section, values) != values:
-                raise FricError(
-                    f"axis {axis.name}: its controller knows several '{section}', and a file holds one",
-                    hint="Give it models on one static map, by `machine.with_belief`.",
-                )
+                what = f"axis {axis.name}: its controller knows several '{section}', and a file holds one"
+                raise FricError(what, hint="Give it models on one static map, by `machine.with_belief`.")
     return found
 
 
@@ -444,18 +438,16 @@ def read_machine_document(path: Path | str, nominal_files: Iterable[str] = ()) -
     for given in nominal_files:
         name, equals, file = given.partition("=")
         if not equals:
-            raise FricError(
-                f"'{given}' does not say which axis it is for", hint=f"Write it as {next(iter(axes))}={given}."
-            )
+            hint = f"Write it as {next(iter(axes))}={given}."
+            raise FricError(f"'{given}' does not say which axis it is for", hint=hint)
         require_known(name, axes, "the machine has no axis", "Its axes are")
         kind, part = _nominal_document(Path(file))
         if not part.belongs(name, axes[name].motion):
-            raise FricError(
+            what = (
                 f"is the {kind} of the {part.motion} axis {part.axis}, "
-                f"and axis {name} of the machine is {axes[name].motion}",
-                where=file,
-                hint=f"Give the {kind} file of this axis.",
+                f"and axis {name} of the machine is {axes[name].motion}"
             )
+            raise FricError(what, where=file, hint=f"Give the {kind} file of this axis.")
         if isinstance(part, BlockDocument):
             update: dict[str, object] = {"blocks": axes[name].blocks | {part.block: part}}
             if part.controller is not None:

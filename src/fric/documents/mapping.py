@@ -110,10 +110,8 @@ class FileMapping(Part):
     def _check(self, name: str, channel: ColumnMapping, known: tuple[str, ...]) -> None:
         if self.kind == CIRCLE:
             if not is_circle_channel(name):
-                raise FricError(
-                    f"'{name}' is not a channel of a circle test",
-                    hint="Channels are time, x.reference, x.position, x.input, x.force, for y too; angle, deviation.",
-                )
+                hint = "Channels are time, x.reference, x.position, x.input, x.force, for y too; angle, deviation."
+                raise FricError(f"'{name}' is not a channel of a circle test", hint=hint)
         elif name not in known:
             raise FricError(f"'{name}' is not a channel", hint=f"Channels are {', '.join(known)}.")
         if name != "time" and (channel.rate or channel.period):

@@ -49,20 +49,16 @@ class PlantPart(Physical):
     def _with_B(self, motion: Motion) -> dict[str, float]:
         values = self.values(motion)
         if "B" not in values:
-            raise FricError(
-                "the acceleration per input B is not given",
-                hint="Identify the plant again from a log with input, or with `force_constant=`.",
-            )
+            hint = "Identify the plant again from a log with input, or with `force_constant=`."
+            raise FricError("the acceleration per input B is not given", hint=hint)
         return values
 
     def plant(self, motion: Motion) -> Plant:
         """Return the plant in SI."""
         values = self._with_B(motion)
         if "K_f" not in values:
-            raise FricError(
-                "the force constant K_f is not given",
-                hint="Add 'K_f: {value: 548, unit: N/V}' from the drive's data sheet, or identify it with a force log.",
-            )
+            hint = "Add 'K_f: {value: 548, unit: N/V}' from the drive's data sheet, or identify it with a force log."
+            raise FricError("the force constant K_f is not given", hint=hint)
         values.pop("force_filter", None)
         return Plant(**values)
 
@@ -205,10 +201,8 @@ class PlantDocument(AxisDocument, PlantPart, type="plant"):
         }
         levels = [value for name, value in values.items() if name.startswith("F_c")]
         if not levels:
-            raise FricError(
-                "the plant file holds no Coulomb friction",
-                hint="Give a friction file with `friction=`, or identify the plant from an ordinary motion.",
-            )
+            hint = "Give a friction file with `friction=`, or identify the plant from an ordinary motion."
+            raise FricError("the plant file holds no Coulomb friction", hint=hint)
         level = sum(levels) / len(levels)
         load = values.get("offset", 0.0)
         if "F_c_positive" not in values:

@@ -133,9 +133,8 @@ def plain(tree: Any) -> Any:
         nonlocal nodes
         nodes += 1
         if nodes > MOST_NODES or depth > MOST_DEPTH:
-            raise FricError(
-                f"holds over {MOST_NODES} values, or nests deeper than {MOST_DEPTH}", hint="Write it without aliases."
-            )
+            hint = "Write it without aliases."
+            raise FricError(f"holds over {MOST_NODES} values, or nests deeper than {MOST_DEPTH}", hint=hint)
         if isinstance(node, Mapping):
             return {str(key): taken(value, depth + 1) for key, value in node.items()}
         if isinstance(node, list | tuple):

@@ -56,10 +56,9 @@ class LinearPlant:
             )  # fmt: skip
         delay = self.T_d - hold_delay(sampling)
         if delay < -1e-12:
-            raise FricError(
-                f"the delay T_d of {self.T_d:g} s is shorter than half a sample ({hold_delay(sampling):g} s)",
-                hint="T_d is what a measured response shows, the hold of the controller's output included.",
-            )
+            what = f"the delay T_d of {self.T_d:g} s is shorter than half a sample ({hold_delay(sampling):g} s)"
+            hint = "T_d is what a measured response shows, the hold of the controller's output included."
+            raise FricError(what, hint=hint)
         return max(delay, 0.0)
 
     def response(self, frequency: Real, hold: float | None = None) -> Complex:

@@ -113,10 +113,8 @@ class ExportedPart:
     def model(self) -> FrictionModel:
         """The friction model; raise a `FricError` without feedforward of friction."""
         if self.friction is None:
-            raise FricError(
-                f"scheme {self.scheme} feeds no friction forward, and there is nothing to export",
-                hint="Choose a scheme with friction: `scheme='c'` or `scheme='f'`.",
-            )
+            what = f"scheme {self.scheme} feeds no friction forward, and there is nothing to export"
+            raise FricError(what, hint="Choose a scheme with friction: `scheme='c'` or `scheme='f'`.")
         return self.friction
 
     @property
@@ -184,10 +182,9 @@ def compensation_of(machine: Machine, name: str, scheme: Scheme) -> ExportedPart
     """Return the controller of an axis under a scheme, with its nominal models."""
     axis = machine.axis(name)
     if scheme.joint:
-        raise FricError(
-            f"scheme {scheme.name} designs the cascade of axis {name} anew, and a cascade is not exported",
-            hint="Take the gains of 'fric design block --joint' into the machine file, and 'joint' out of the scheme.",
-        )
+        what = f"scheme {scheme.name} designs the cascade of axis {name} anew, and a cascade is not exported"
+        hint = "Take the gains of 'fric design block --joint' into the machine file, and 'joint' out of the scheme."
+        raise FricError(what, hint=hint)
     rest = Reference(axis.cascade.sampling, *np.zeros((3, 1)))
     setting = setting_of(axis, scheme, rest)
     controller, *others = blocks_of(axis, scheme, setting)

@@ -82,10 +82,8 @@ def c_files(part: ExportedPart, *, single: bool = False) -> Files:
         sum to 0, and rounded they leave 0.7 to 7 % of its estimate.
     """
     if single and any(block.kind == "observer" for block in part.blocks):
-        raise FricError(
-            f"scheme {part.scheme} has an observer, which single precision puts off by 1 % and more",
-            hint="Export it in double precision; or take a scheme without an observer, as c.",
-        )
+        what = f"scheme {part.scheme} has an observer, which single precision puts off by 1 % and more"
+        raise FricError(what, hint="Export it in double precision; or take a scheme without an observer, as c.")
     values = c_values(part, single=single)
     return {f"{values['name']}{end}": render(f"source{end}.j2", **values) for end in (".h", ".c")}
 

@@ -45,9 +45,8 @@ def _compiled(name: str, sources: dict[str, str], version: int) -> dict[str, byt
         words = [compiler, "-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", f"{name}_fmi{version}.c"]
         done = subprocess.run([*words, "-o", f"{name}.so", "-lm"], cwd=place, capture_output=True, text=True)
         if done.returncode:
-            raise FricError(
-                f"the compiler refuses the unit: {done.stderr.splitlines()[0]}", where=f"{name}_fmi{version}.c"
-            )
+            what = f"the compiler refuses the unit: {done.stderr.splitlines()[0]}"
+            raise FricError(what, where=f"{name}_fmi{version}.c")
         return {f"binaries/{folder}/{name}.so": (Path(place) / f"{name}.so").read_bytes()}
 
 

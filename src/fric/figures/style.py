@@ -114,9 +114,8 @@ def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
     path = Path(path)
     ending = path.suffix.lstrip(".").lower()
     if ending not in {"png", "svg", "pdf"}:
-        raise FricError(
-            f"'{path.suffix}' is not a figure format", where=str(path), hint="End the name in .png, .svg or .pdf."
-        )
+        hint = "End the name in .png, .svg or .pdf."
+        raise FricError(f"'{path.suffix}' is not a figure format", where=str(path), hint=hint)
     with staged(path, force=force) as draft:
         draft.write_bytes(rendered(figure, ending))
 

@@ -124,9 +124,8 @@ class FrictionModel(Parametrised):
         wanted = {parameter.name for parameter in cls.parameters}
         missing = [p.name for p in cls.parameters if p.name not in section and p.name not in optional]
         if missing:
-            raise FricError(
-                f"the friction has no {', '.join(missing)} in '{cls.name}'", hint=f"fric identify {cls.name} finds it."
-            )
+            hint = f"fric identify {cls.name} finds it."
+            raise FricError(f"the friction has no {', '.join(missing)} in '{cls.name}'", hint=hint)
         given = {key: estimate.value for key, estimate in section.items() if key in wanted}
         for p in cls.parameters:
             value = given.get(p.name, ())

@@ -65,9 +65,8 @@ class MaxwellSlip(FrictionModel):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.W or len(self.W) != len(self.k):
-            raise FricError(
-                f"maxwell_slip has {len(self.W)} W and {len(self.k)} k", hint="Give one of each for every block."
-            )
+            hint = "Give one of each for every block."
+            raise FricError(f"maxwell_slip has {len(self.W)} W and {len(self.k)} k", hint=hint)
         if not (min(self.W) >= 0 and all(k > 0 for k in self.k)):
             raise FricError("W of maxwell_slip must not be negative, and k must be positive")
 

@@ -66,9 +66,8 @@ class Rolling(GMS):
         if not len(self.amplitude) == len(self.pitch) == len(self.phase):
             raise FricError("amplitude, pitch and phase of 'rolling' differ in length", hint="Give one each per wave.")
         if sum(map(abs, self.amplitude)) >= 1 or any(pitch <= 0 for pitch in self.pitch):
-            raise FricError(
-                "the amplitudes of 'rolling' reach 1, or a pitch is not positive", hint="Some per cent are usual."
-            )
+            hint = "Some per cent are usual."
+            raise FricError("the amplitudes of 'rolling' reach 1, or a pitch is not positive", hint=hint)
 
     @classmethod
     def declared(cls) -> dict[str, tuple[Parameter, ...]]:

@@ -148,9 +148,8 @@ class OnBlocks(OnStaticMap):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.alpha or len(self.alpha) != len(self.k):
-            raise FricError(
-                f"{self.name} has {len(self.alpha)} alpha and {len(self.k)} k", hint="Give one of each for every block."
-            )
+            hint = "Give one of each for every block."
+            raise FricError(f"{self.name} has {len(self.alpha)} alpha and {len(self.k)} k", hint=hint)
         if not (min(self.alpha) >= 0 and abs(sum(self.alpha) - 1) <= 1e-5):  # six digits each
             raise FricError(
                 f"alpha of {self.name} is {', '.join(f'{a:g}' for a in self.alpha)}, which sums to {sum(self.alpha):g}",

@@ -126,10 +126,8 @@ class LogWriter:
         self.axis, self.motion, self.threads, self.check = axis, motion, threads, check
         if "fric" in file.attrs:
             if (held := check_format(file, Path(file.filename))) != (axis, motion):
-                raise FricError(
-                    f"the file holds the {held[1]} axis {held[0]}, and the new record is of the {motion} axis {axis}",
-                    hint="Write each axis to a separate file, or say `axis=`.",
-                )
+                what = f"the file holds the {held[1]} axis {held[0]}, and the new record is of the {motion} axis {axis}"
+                raise FricError(what, hint="Write each axis to a separate file, or say `axis=`.")
         else:
             file.attrs.update({"fric": FORMAT, "axis": axis, "motion": motion})
         self._records = file["records"] if "records" in file else file.create_group("records", track_order=True)

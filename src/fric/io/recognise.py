@@ -61,9 +61,6 @@ def recognise(path: Path) -> str:
             tree = None
         found = str(tree.get("fric", "")) if isinstance(tree, Mapping) else ""
     if not found:
-        raise FricError(
-            "is not a file of fric",
-            where=str(path),
-            hint="Give run files, log files, or YAML documents that fric wrote; `fric ingest` reads foreign logs.",
-        )
+        hint = "Give run files, log files, or YAML documents that fric wrote; `fric ingest` reads foreign logs."
+        raise FricError("is not a file of fric", where=str(path), hint=hint)
     return found

@@ -162,10 +162,8 @@ def open_file(
                 kind = re.search(rb"(?m)^fric: (\w+)/", head.read(4096))
             if kind and kind[1].decode() in TAKEN:
                 raise other_kind(path, kind[1].decode(), "log") from None
-            what, hint = (
-                "is not a log file of fric",
-                f"Make one of it: `{join(['fric', 'ingest', str(path), '-o', 'log.h5'])}`.",
-            )
+            what = "is not a log file of fric"
+            hint = f"Make one of it: `{join(['fric', 'ingest', str(path), '-o', 'log.h5'])}`."
         raise FricError(what, where=str(path), hint=hint) from None
     with foreign(path, hint), file:
         _check(file, path, most)

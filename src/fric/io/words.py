@@ -95,11 +95,9 @@ def refuse_left_out(table: ForeignTable, origins: Collection[str], taken: Collec
         if not found:
             continue
         listed = " and ".join(f"'{name} [{unit}]'" if unit else f"'{name}'" for name, unit in found)
-        raise FricError(
-            f"no column is named {channel}, and {listed} {'looks' if len(found) == 1 else 'look'} like it",
-            where=str(table.path),
-            hint="Say in a mapping (`mapping=`) which is what, or is left out; `fric ingest --propose` writes it.",
-        )
+        what = f"no column is named {channel}, and {listed} {'looks' if len(found) == 1 else 'look'} like it"
+        hint = "Say in a mapping (`mapping=`) which is what, or is left out; `fric ingest --propose` writes it."
+        raise FricError(what, where=str(table.path), hint=hint)
 
 
 OF_UNITS = ("time", "position", "velocity", "force", "input", "acceleration")  # Dimensions that a unit shows

@@ -383,11 +383,8 @@ def even_sampling(log: Log) -> float:
     worst = int(np.argmax(off))
     if off[worst] > JITTER:
         step = log.time[worst + 1] - log.time[worst]
-        raise FricError(
-            f"the sampling is uneven: {step:.4g} s after t = {log.time[worst]:.13g} s, and {period:.4g} s on average",
-            where=log.where,
-            hint="Ingest a record without gaps, or split it at the gap.",
-        )
+        what = f"the sampling is uneven: {step:.4g} s after t = {log.time[worst]:.13g} s, and {period:.4g} s on average"
+        raise FricError(what, where=log.where, hint="Ingest a record without gaps, or split it at the gap.")
     return 1 / period
 
 

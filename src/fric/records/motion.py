@@ -55,10 +55,8 @@ def smooth_motion(time: Real, position: Real) -> Motion:
     if step:
         counted = np.flatnonzero(np.diff(z))
         if len(counted) < 2 * DEGREE:
-            raise FricError(
-                f"the position hardly moves: {np.ptp(z) / step:.0f} steps of the encoder",
-                hint="Log a motion of many encoder steps.",
-            )
+            hint = "Log a motion of many encoder steps."
+            raise FricError(f"the position hardly moves: {np.ptp(z) / step:.0f} steps of the encoder", hint=hint)
         instant, crossing = 0.5 * (t[counted] + t[counted + 1]), 0.5 * (z[counted] + z[counted + 1])
         several = np.abs(np.diff(z)[counted]) > 1.5 * step
         speed = np.abs(np.gradient(crossing, instant))
@@ -231,9 +229,8 @@ class Conditioning:
         """
         cutoff = min(5 * BANDWIDTH, 0.2 * sampling) if cutoff is None else cutoff
         if not 0 < cutoff < sampling / 2:
-            raise FricError(
-                f"the cut-off of {cutoff:g} Hz is not between 0 and half the sampling rate ({sampling / 2:g} Hz)"
-            )
+            what = f"the cut-off of {cutoff:g} Hz is not between 0 and half the sampling rate ({sampling / 2:g} Hz)"
+            raise FricError(what)
         decimation = max(1, round(0.8 * sampling / 2 / (2 * BANDWIDTH))) if decimation is None else decimation
         border = round(4.9 * sampling / cutoff) if border is None else border
         return cls(cutoff, decimation, border)

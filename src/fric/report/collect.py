@@ -355,17 +355,12 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
                     items.append(Item(f"{path.name}: {entry['source']}", document.model_validate(entry["tree"])))
                 tests += [contour_test(entry, f"{path.name}: ") for entry in earlier["tests"]]
         else:
-            raise FricError(
-                f"holds {found}, which a report does not show",
-                where=str(path),
-                hint="Give runs, circle tests, maps, logs, earlier reports, a machine file, and documents of friction, "
-                "plant, controller and observer.",
-            )
+            hint = "Give runs, circle tests, maps, logs, earlier reports, a machine file, and documents of friction, "
+            hint += "plant, controller and observer."
+            raise FricError(f"holds {found}, which a report does not show", where=str(path), hint=hint)
     if not (items or tests or measured or maps):
-        raise FricError(
-            "logs or a machine alone make no report",
-            hint="Give a friction file of `fric identify`, a run file of `fric simulate circle`, or a circle test too.",
-        )
+        hint = "Give a friction file of `fric identify`, a run file of `fric simulate circle`, or a circle test too."
+        raise FricError("logs or a machine alone make no report", hint=hint)
     machine = machine or next((str(test.machine) for test in tests if test.machine), "")
     held = _with_shape([Measured(path.name, path, diagnose(path, machine=machine or None)) for path in measured])
     inputs = _sorted(items, tests, records)

@@ -179,9 +179,8 @@ def _stated(guess: Guess, asked: Mapping[str, Any]) -> Guess:
             raise FricError("a column has no valid channel")
         name = guess.table.columns[column].name
         if not (unit := _word(row.get("unit", ""), "unit")):
-            raise FricError(
-                f"'{name}' ({channel}) has no unit", hint="Give the unit, or the size of a step: 0.0879 deg."
-            )
+            hint = "Give the unit, or the size of a step: 0.0879 deg."
+            raise FricError(f"'{name}' ({channel}) has no unit", hint=hint)
         known = guess.axis.roles.get(channel)
         turn = known.turn if known and known.column == column else 0.0
         sign = -1 if row.get("turned") else 1

@@ -409,11 +409,8 @@ def logs_of(given: Iterable[Any], encoder: Encoder = "motor") -> list[Log]:
     records = records_of(given, encoder=encoder)
     logs = [record for record in records if isinstance(record, Log)]
     if not logs:
-        raise FricError(
-            "there is no record in time",
-            where=records[0].where,
-            hint="Give a log of samples, as `fric ingest` writes it.",
-        )
+        hint = "Give a log of samples, as `fric ingest` writes it."
+        raise FricError("there is no record in time", where=records[0].where, hint=hint)
     return logs
 
 

@@ -244,10 +244,8 @@ def _linuxcnc_bench() -> ModuleType:
     """Return the module of the test bench that runs circles in LinuxCNC."""
     folder = Path(fric.__file__).parents[2] / "tests" / "linuxcnc"
     if not (folder / "trial.py").exists():
-        raise FricError(
-            "circles in LinuxCNC are run by a test bench that is not part of the installed package",
-            hint="Run fric from a checkout of its repository, which has the bench in tests/linuxcnc.",
-        )
+        what = "circles in LinuxCNC are run by a test bench that is not part of the installed package"
+        raise FricError(what, hint="Run fric from a checkout of its repository, which has the bench in tests/linuxcnc.")
     name = "fric_linuxcnc"
     if name not in sys.modules:
         spec = ModuleSpec(name, None, is_package=True)
@@ -261,10 +259,8 @@ def require_trust(
 ) -> None:
     """Raise a `FricError` where the verdict does not trust what would be exported."""
     if against:
-        raise FricError(
-            f"scheme {part.scheme} on axis {part.axis} is not to be trusted: {against[0]}",
-            hint="Correct that first; `force=True` exports it nevertheless.",
-        )
+        hint = "Correct that first; `force=True` exports it nevertheless."
+        raise FricError(f"scheme {part.scheme} on axis {part.axis} is not to be trusted: {against[0]}", hint=hint)
     if distrust:
         name = quote(machine_name(made_from[0]["file"])) if made_from else "MACHINE.yaml"
         many = f"fric simulate circle {name} --scheme a,{part.scheme} --monte-carlo 20 -o run.h5"
@@ -297,11 +293,8 @@ def _drawing(
     runs = [run for run in read_runs(file, traces=False) if run.scheme == scheme or run.scheme.bare]
     of, here = ({**origin, "path": ""} for origin in (made.get("origin", {}), machine.origin))
     if made.get("machine") != machine.name or of != here:
-        raise FricError(
-            f"the run is not of {machine.name}, or with another friction, gain or lead",
-            where=str(file),
-            hint="Simulate it again with this machine.",
-        )
+        what = f"the run is not of {machine.name}, or with another friction, gain or lead"
+        raise FricError(what, where=str(file), hint="Simulate it again with this machine.")
     if axis not in made.get("axes", ()):
         raise FricError(f"the run is without axis {axis}", where=str(file), hint="Simulate it again without --axis.")
     if scheme.name not in {run.scheme.name for run in runs if not run.scheme.bare}:
@@ -323,10 +316,8 @@ def one_target(name: str, part: str, *, single: bool) -> Target:
     target = known[name]
     if part not in target.parts:
         able = [target.name for target in known.values() if part in target.parts]
-        raise FricError(
-            f"the target {name} has no part '{part}'",
-            hint=f"It exports {' and '.join(target.parts)}" + (f"; {', '.join(able)} export that." if able else "."),
-        )
+        hint = f"It exports {' and '.join(target.parts)}" + (f"; {', '.join(able)} export that." if able else ".")
+        raise FricError(f"the target {name} has no part '{part}'", hint=hint)
     if single and "single" not in target.options:
         raise FricError(f"the target {name} has no single precision", hint="Leave `single=` out, or export to c.")
     return target

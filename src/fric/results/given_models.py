@@ -60,11 +60,10 @@ def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None,
         with found_in(where_of(given)):
             settled(of_plant(found.plant(found.motion) if found.K_f else found.linear(found.motion), found.motion))
     if of is not None and not found.belongs(*of):
-        raise FricError(
-            f"is the {kind.type} of the {found.motion} axis {found.axis}, and the {to} is of the {of[1]} axis {of[0]}",
-            where=where_of(given),
-            hint=f"Give the {kind.type} of this axis.",
+        what = (
+            f"is the {kind.type} of the {found.motion} axis {found.axis}, and the {to} is of the {of[1]} axis {of[0]}"
         )
+        raise FricError(what, where=where_of(given), hint=f"Give the {kind.type} of this axis.")
     return found
 
 

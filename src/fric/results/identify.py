@@ -416,10 +416,8 @@ def identify_static(
     """
     records = [log for log in records_of(logs, encoder=encoder) if not isinstance(log, FrequencyResponse)]
     if not records:
-        raise FricError(
-            "the logs hold frequency responses alone, no strokes and no table of forces and velocities",
-            hint="Give strokes at constant velocity too; `fric identify plant` takes a response.",
-        )
+        what = "the logs hold frequency responses alone, no strokes and no table of forces and velocities"
+        raise FricError(what, hint="Give strokes at constant velocity too; `fric identify plant` takes a response.")
     given = None if plant is None or isinstance(plant, Plant) else document_of(PlantDocument, plant)
     known = plant_of(plant, records[0].axis, records[0].motion)
     in_time = [record for record in records if isinstance(record, Log)]

@@ -43,10 +43,8 @@ def blocks_of(axis: Axis, scheme: Scheme, setting: Setting) -> list[ControlBlock
     found: list[ControlBlock] = []
     for name in (scheme.controller, *scheme.blocks):
         if name == OBSERVER and axis.observer is None:
-            raise FricError(
-                f"scheme {scheme.name} needs a disturbance observer, and axis {axis.name} has none",
-                hint="Add 'observer: {cutoff: 60 Hz}' to the axis.",
-            )
+            what = f"scheme {scheme.name} needs a disturbance observer, and axis {axis.name} has none"
+            raise FricError(what, hint="Add 'observer: {cutoff: 60 Hz}' to the axis.")
         standard = {axis.cascade.name: axis.cascade, OBSERVER: axis.observer}.get(name)
         found.append(standard or _block(name, axis.blocks.get(name, {}), setting, scheme))
     return found
@@ -66,10 +64,8 @@ def jointly_designed(axis: Axis, scheme: Scheme, reference: Reference) -> Axis:
         return axis
     (kind,) = scheme.designed
     if kind.tuned in axis.blocks.get(kind.name, {}):
-        raise FricError(
-            f"scheme {scheme.name} designs '{kind.name}' together with the cascade, and axis {axis.name} gives both",
-            hint=f"Leave '{kind.tuned}' of the block out of the axis, or 'joint' out of the scheme.",
-        )
+        what = f"scheme {scheme.name} designs '{kind.name}' together with the cascade, and axis {axis.name} gives both"
+        raise FricError(what, hint=f"Leave '{kind.tuned}' of the block out of the axis, or 'joint' out of the scheme.")
     found = _once(design_jointly, kind, setting_of(axis, scheme, reference), scheme)
     return replace(axis, cascade=found.cascade, blocks={**axis.blocks, kind.name: vars(found.block.block)})
 
@@ -228,7 +224,5 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
     stable_at = (gain for gain in GAINS if replace(loop, plant=replace(plant, B=plant.B * gain)).stable)
     gain = next(stable_at, None)
     margin = f"its gain margin is {20 * log10(gain):.1f} dB" if gain else "at no gain"
-    raise FricError(
-        f"the loop of axis {axis.name} {part}is not stable: {margin} (largest eigenvalue {largest:.4f} a sample)",
-        hint="Lower the gains or the observer's cutoff; fric design finds values that hold.",
-    )
+    what = f"the loop of axis {axis.name} {part}is not stable: {margin} (largest eigenvalue {largest:.4f} a sample)"
+    raise FricError(what, hint="Lower the gains or the observer's cutoff; fric design finds values that hold.")

@@ -197,9 +197,8 @@ def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
     names = ("x", "y") if {"x", "y"} <= set(linear) else tuple(linear[:2])
     first, second = names
     if len({machine.axes[name].cascade.sampling for name in names}) > 1:
-        raise FricError(
-            f"the controllers of {first} and {second} sample at different rates", hint="Give both the same sampling."
-        )
+        hint = "Give both the same sampling."
+        raise FricError(f"the controllers of {first} and {second} sample at different rates", hint=hint)
     return first, second
 
 
@@ -208,10 +207,8 @@ def require_voltage(axis: Axis, reference: Reference) -> None:
     against = (axis.friction.steady_state(reference.velocity) + axis.constant_load) / axis.plant.K_f
     needed = float(np.abs(inverse_model(axis.plant, reference) + against).max())
     if needed > axis.cascade.limit:
-        raise FricError(
-            f"axis {axis.name} saturates: the motion needs {needed:.3g} V, and its limit is {axis.cascade.limit:g} V",
-            hint="Lower the feed, or widen the contour.",
-        )
+        what = f"axis {axis.name} saturates: the motion needs {needed:.3g} V, and its limit is {axis.cascade.limit:g} V"
+        raise FricError(what, hint="Lower the feed, or widen the contour.")
 
 
 def run_warnings(scheme: Scheme, traces: Mapping[str, Trace]) -> tuple[Notice, ...]:
@@ -404,10 +401,8 @@ class PointPath:
         corner = int(np.argmax(np.abs(np.diff(heading))))
         if abs(heading[corner + 1] - heading[corner]) > SHARPEST:
             x, y = self.points[corner + 1] * 1e3
-            raise FricError(
-                f"the path has a corner at x = {x:g} mm, y = {y:g} mm",
-                hint="No drive follows it at constant feed: round it with more points.",
-            )
+            hint = "No drive follows it at constant feed: round it with more points."
+            raise FricError(f"the path has a corner at x = {x:g} mm, y = {y:g} mm", hint=hint)
 
     @property
     def points(self) -> Real:
@@ -430,10 +425,8 @@ class PointPath:
         length = np.concatenate([[0.0], np.cumsum(np.diff(fine) * (ends[1:] + 4 * middle + ends[:-1]) / 6)])
         cruise = length[-1] / self.feed - RAMP
         if cruise <= 0:
-            raise FricError(
-                f"a path of {length[-1] * 1e3:.3g} mm is too short for {self.feed * 1e3:g} mm/s",
-                hint="Lower the feed, or give a longer path.",
-            )
+            hint = "Lower the feed, or give a longer path."
+            raise FricError(f"a path of {length[-1] * 1e3:.3g} mm is too short for {self.feed * 1e3:g} mm/s", hint=hint)
         t = instants(cruise + 2 * RAMP, sampling, more=1, axes=2)
         up, up_travel, up_slope, _ = smooth_step(t / RAMP)
         down, down_travel, down_slope, _ = smooth_step((t - cruise - RAMP) / RAMP)
@@ -474,9 +467,8 @@ class RecordedPath:
         if not steps.max() > 0:
             raise FricError("the reference does not move")
         if steps[0] > 0.02 * steps.max():
-            raise FricError(
-                f"the reference begins at {steps[0] * 1e3:.3g} mm/s", hint="Record it from rest: so the axes begin."
-            )
+            hint = "Record it from rest: so the axes begin."
+            raise FricError(f"the reference begins at {steps[0] * 1e3:.3g} mm/s", hint=hint)
 
     @cached_property
     def feed(self) -> float:

@@ -217,17 +217,13 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
     mean = usual.mean if mean is None else mean
     peaks = (usual.peak or abs(mean) / 2,) if peaks is None else peaks
     if not peaks or min(peaks) <= 0:
-        raise FricError(
-            "a multisine has no peak velocity above zero",
-            hint="Around rest, say how fast it swings: `peaks='15 mm/s'`.",
-        )
+        hint = "Around rest, say how fast it swings: `peaks='15 mm/s'`."
+        raise FricError("a multisine has no peak velocity above zero", hint=hint)
     sampling = axis.cascade.sampling
     lowest, highest = lowest or usual.lowest, highest or usual.highest
     if not 0 < lowest < highest < sampling / 2:
-        raise FricError(
-            f"a multisine from {lowest:g} to {highest:g} Hz does not fit a controller at {sampling:g} Hz",
-            hint="Keep it below half the controller's rate.",
-        )
+        what = f"a multisine from {lowest:g} to {highest:g} Hz does not fit a controller at {sampling:g} Hz"
+        raise FricError(what, hint="Keep it below half the controller's rate.")
     begin = 0.1 + ramp + 1 / lowest
     end, lasting = begin + periods / lowest, 1.1 + (periods + 1) / lowest
     still = Reference(sampling, *np.zeros((3, instants(lasting + 2 * ramp, sampling).size)))
@@ -259,9 +255,8 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
     wanted = [_MADE[name] for name in OF_THE_PAPER] if kind == "all" else [_made(kind)]
     known = set().union(*(made.settings for made in wanted))
     for unknown in settings.keys() - known:
-        raise FricError(
-            f"the experiment '{kind}' has no setting '{unknown}'", hint=f"It has {', '.join(sorted(known))}."
-        )
+        hint = f"It has {', '.join(sorted(known))}."
+        raise FricError(f"the experiment '{kind}' has no setting '{unknown}'", hint=hint)
     trials = (
         trial
         for made in wanted

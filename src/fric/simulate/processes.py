@@ -167,9 +167,8 @@ def _unbroken(found: Iterator[T]) -> Iterator[T]:
     try:
         yield from found
     except BrokenProcessPool:
-        raise FricError(
-            "a process that ran machines was killed", hint="Was there memory enough? Try fewer workers."
-        ) from None
+        hint = "Was there memory enough? Try fewer workers."
+        raise FricError("a process that ran machines was killed", hint=hint) from None
 
 
 def _version() -> str:
@@ -195,10 +194,8 @@ def cluster_outcomes(
     try:
         client: Any = distributed.Client(address, timeout=timeout, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise FricError(
-            f"the Dask scheduler at {address} does not answer ({error})",
-            hint="Start one with `dask scheduler`, and give the address that it prints, as tcp://host:8786.",
-        ) from None
+        hint = "Start one with `dask scheduler`, and give the address that it prints, as tcp://host:8786."
+        raise FricError(f"the Dask scheduler at {address} does not answer ({error})", hint=hint) from None
     with client:
         _require_workers(client, address, timeout)
         futures = client.map(study, range(machines), pure=False)

@@ -323,10 +323,8 @@ def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
     if not presliding:
         presliding = [log for log, kind in kinds if kind == "motion" or (log.kind is None and kind != "sliding-sine")]
     if not presliding:
-        raise FricError(
-            "there is no pre-sliding record among the logs",
-            hint="Log slow sines of small amplitude, or micro-steps, and ingest them with `kind='presliding-sine'`.",
-        )
+        hint = "Log slow sines of small amplitude, or micro-steps, and ingest them with `kind='presliding-sine'`."
+        raise FricError("there is no pre-sliding record among the logs", hint=hint)
     return presliding, [replace(log, kind=kind) for log, kind in kinds if kind == "sliding-sine"]
 
 
@@ -390,10 +388,8 @@ def _blocks(
     if knots is not None:
         at = np.asarray(knots, float)
         if at[-1] > curve.displacement[-1]:
-            raise FricError(
-                f"the last knot is beyond the virgin curve, which ends at {curve.displacement[-1] * 1e6:.3g} µm",
-                hint="Choose knots within it, or add a record of larger amplitude.",
-            )
+            what = f"the last knot is beyond the virgin curve, which ends at {curve.displacement[-1] * 1e6:.3g} µm"
+            raise FricError(what, hint="Choose knots within it, or add a record of larger amplitude.")
         found = virgin_curve.blocks_from_knots(at, curve(at))
         without = []
         for other in curve.without_cycles():

@@ -78,27 +78,20 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
     motion, where = record.motion, record.log.where
     reversals = strokes_of(record)
     if len(reversals) < 3:
-        raise FricError(
-            f"no whole cycle is in it ({len(reversals)} reversals)",
-            where=where,
-            hint="Log two cycles or more of a slow sine.",
-        )
+        hint = "Log two cycles or more of a slow sine."
+        raise FricError(f"no whole cycle is in it ({len(reversals)} reversals)", where=where, hint=hint)
     if loaded := cycles is None and begins_loaded(record, reversals):
         reversals = reversals[1:]
     count = (len(reversals) - 1) // 2
     first, last = cycles or (1, count)
     if first > count:
-        raise FricError(
-            f"cycle {first} was asked for, and there are {count}", where=where, hint="Choose `cycles=` anew."
-        )
+        hint = "Choose `cycles=` anew."
+        raise FricError(f"cycle {first} was asked for, and there are {count}", where=where, hint=hint)
     hysteresis = HysteresisCycles(replace(record, reversals=reversals), (first, min(last, count)), loaded)
     if hysteresis.amplitude < STEPS * motion.step:
-        raise FricError(
-            f"the amplitude is {hysteresis.amplitude / motion.step:.1f} steps of the encoder, "
-            "too few to see the friction",
-            where=where,
-            hint="Log a larger amplitude: ten steps or more.",
-        )
+        steps = hysteresis.amplitude / motion.step
+        what = f"the amplitude is {steps:.1f} steps of the encoder, too few to see the friction"
+        raise FricError(what, where=where, hint="Log a larger amplitude: ten steps or more.")
     return hysteresis
 
 
@@ -248,11 +241,9 @@ def virgin_curve(
             continued = np.array([np.interp(last[0], place[seen], row[seen]) for row in merged])
             steps.append(_apart(last[1], continued))
         if not np.mean(levels) > 0.0:
-            raise FricError(
-                "the force at the reversals does not oppose the motion: too few encoder steps, or a wrong sign",
-                where=group[0].record.log.where,
-                hint="Log a larger amplitude: ten steps or more. Look at the sign of the force.",
-            )
+            what = "the force at the reversals does not oppose the motion: too few encoder steps, or a wrong sign"
+            hint = "Log a larger amplitude: ten steps or more. Look at the sign of the force."
+            raise FricError(what, where=group[0].record.log.where, hint=hint)
         parts.append((group[0].record.log.name, place[keep], merged[:, keep], float(np.mean(levels))))
         extent = float(place[keep].max(initial=extent))
         last = (place[keep][-NEIGHBOURS:], merged[:, keep][:, -NEIGHBOURS:]) if keep.any() else last
@@ -435,10 +426,8 @@ def fit_blocks(curve: VirginCurve, count: int, begun: list[Real] | None = None) 
         d = np.append(d, max(left / k[-1], extent) if k[-1] > 0 else extent)
     keep = k * d > LEAST_SHARE * float(k @ d)
     if not keep.any():
-        raise FricError(
-            "the virgin curve does not rise: what is left of the force is not friction",
-            hint="Look at the sign and the units of the force, and at the plant whose inertia is taken off.",
-        )
+        hint = "Look at the sign and the units of the force, and at the plant whose inertia is taken off."
+        raise FricError("the virgin curve does not rise: what is left of the force is not friction", hint=hint)
     return Blocks(k[keep], d[keep])
 
 

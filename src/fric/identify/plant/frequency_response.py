@@ -100,10 +100,8 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
         raise FricError(f"a period of {period} samples is too short for a response", hint="Give the right `period=`.")
     count = len(input) // period
     if count < 2:
-        raise FricError(
-            f"a record of {len(input)} samples holds {count} period(s) of {period}",
-            hint="Log two periods or more, ten are good; or give the right `period=`.",
-        )
+        hint = "Log two periods or more, ten are good; or give the right `period=`."
+        raise FricError(f"a record of {len(input)} samples holds {count} period(s) of {period}", hint=hint)
     U, Z = (periods(x, period) for x in (input, position))
     if count > 2 and _swings_in(U, Z):  # its transient is no drift of the others
         U, Z = (periods(x[-(count - 1) * period :], period) for x in (input, position))
@@ -491,11 +489,8 @@ def _over_segments(
 ) -> MeasuredResponse:
     length = len(u) // SEGMENTS if segment is None else round(segment * sampling)
     if length < 32 or 3 * length > 2 * len(u):
-        raise FricError(
-            f"a segment of {length} samples does not suit a record of {len(u)}",
-            where=record.where,
-            hint="Log a longer excitation, or give another `segment=`.",
-        )
+        what = f"a segment of {length} samples does not suit a record of {len(u)}"
+        raise FricError(what, where=record.where, hint="Log a longer excitation, or give another `segment=`.")
     spectra, driver, text = segment_spectra(u, z, u, length, sampling, integrates), u, "the input as driver"
     if record.reference is not None and _accelerates(record.reference):
         joint = segment_spectra(u, z, record.reference, length, sampling, integrates)

@@ -80,12 +80,9 @@ def select(
     if known:
         used &= deviation <= COARSEST
     if np.count_nonzero(used) < least:
-        raise FricError(
-            f"{np.count_nonzero(used)} of {len(f)} frequencies have a coherence of {coherence:g} or more"
-            + (f" between {band[0]:g} and {band[1]:g} Hz" if band != (0.0, np.inf) else ""),
-            where=table.where,
-            hint="Excite harder or longer, or lower `coherence=`.",
-        )
+        between = f" between {band[0]:g} and {band[1]:g} Hz" if band != (0.0, np.inf) else ""
+        what = f"{np.count_nonzero(used)} of {len(f)} frequencies have a coherence of {coherence:g} or more{between}"
+        raise FricError(what, where=table.where, hint="Excite harder or longer, or lower `coherence=`.")
     floor = 1e-9  # a response without any noise weighs much, but not infinitely
     lines = Lines(
         f[used], measured.response[used], np.maximum(deviation[used], floor), hold, measured.reversing or 0.0,
@@ -124,9 +121,8 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
         if cost[n] < best:
             best, at = float(cost[n]), np.array([A, log_B, T_d[n]])
     if best > 1.0 and weight @ np.cos(np.angle(-response * 1j * omega * (1j * omega + at[0]))) > 0.5:
-        raise FricError(
-            "the response is that of eq. (1) with the sign turned", hint="Set sign: -1 for input or position."
-        )
+        hint = "Set sign: -1 for input or position."
+        raise FricError("the response is that of eq. (1) with the sign turned", hint=hint)
     return at, best
 
 
@@ -855,11 +851,9 @@ def plant_records(
         chosen = in_time
     if not chosen:
         kinds = ", ".join(sorted({str(r.kind) for r in in_time if isinstance(r, Log)})) or "tables"
-        raise FricError(
-            f"no record is of kind frequency-response or motion (there are {kinds})",
-            where=records[0].source,
-            hint="Say `method='response'` or `method='motion'` to take them as such.",
-        )
+        what = f"no record is of kind frequency-response or motion (there are {kinds})"
+        hint = "Say `method='response'` or `method='motion'` to take them as such."
+        raise FricError(what, where=records[0].source, hint=hint)
     return method, chosen
 
 
@@ -1282,15 +1276,11 @@ def _refuse_rank(X: Real, names: Sequence[str], log: Log) -> None:
     travel = [np.maximum(sign * velocity, 0.0).sum() for sign in (1.0, -1.0)]
     dead = [name for name, norm in zip(names, size, strict=True) if norm == 0]
     if dead:
-        raise FricError(
-            f"the motion does not excite {', '.join(dead)}", where=log.where, hint="Log a motion in both directions."
-        )
+        hint = "Log a motion in both directions."
+        raise FricError(f"the motion does not excite {', '.join(dead)}", where=log.where, hint=hint)
     if np.linalg.cond(X / size) > CONDITION or min(travel) < ONE_WAY * max(travel):
-        raise FricError(
-            "the motion does not separate mass, viscous and Coulomb friction",
-            where=log.where,
-            hint="Log a motion in both directions, with changing speed and acceleration.",
-        )
+        hint = "Log a motion in both directions, with changing speed and acceleration."
+        raise FricError("the motion does not separate mass, viscous and Coulomb friction", where=log.where, hint=hint)
 
 
 def _unit(name: str, channel: str, motion: Motion) -> str:

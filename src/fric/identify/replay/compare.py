@@ -163,9 +163,8 @@ def compare_models(
     lengths = tuple(presliding_length(record) for record in records)
     near = tuple(near_reversals(record, length) for record, length in zip(records, lengths, strict=True))
     if not any((r.used & ~mask).any() for split in splits for r, mask in zip(records, split, strict=True)):
-        raise FricError(
-            "there is no sample to score", where=records[0].log.where, hint="Give longer records, or fewer folds."
-        )
+        hint = "Give longer records, or fewer folds."
+        raise FricError("there is no sample to score", where=records[0].log.where, hint=hint)
     scores = []
     for name in [fitted_model(name).name for name in names]:  # each is known before any is fitted
         fitting = partial(identify_by_replay, name, static=static, negative=negative, blocks=blocks, seed=seed)

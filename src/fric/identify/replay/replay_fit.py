@@ -626,10 +626,8 @@ def break_away(static: StaticMap) -> float:
     """Return F_s of a map, of which alpha is a share; raise a `FricError` where it is 0."""
     if static.F_s > 0.0:
         return static.F_s
-    raise FricError(
-        "the static map has no friction at break-away (F_s is 0), and alpha is a share of it",
-        hint="Look at what `fric identify static` says of that map, or leave `static=` out.",
-    )
+    hint = "Look at what `fric identify static` says of that map, or leave `static=` out."
+    raise FricError("the static map has no friction at break-away (F_s is 0), and alpha is a share of it", hint=hint)
 
 
 def placed(search: Search, x: Real) -> Placement:

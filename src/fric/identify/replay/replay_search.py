@@ -244,9 +244,8 @@ def search_ranges(records: Sequence[Prepared]) -> Ranges:
     duration = max(float(r.motion.time[-1] - r.motion.time[0]) for r in records)
     dt = min(float(np.median(np.diff(r.motion.time))) for r in records)
     if not (force > 0 and fastest > 0):
-        raise FricError(
-            "the records hold no force or no motion", where=records[0].log.where, hint="Look at the mapping."
-        )
+        hint = "Look at the mapping."
+        raise FricError("the records hold no force or no motion", where=records[0].log.where, hint=hint)
     return {
         "force": (0.01 * force, 2.0 * force) if seen.slides else (seen.peak, 20.0 * force),
         "velocity": (1e-4 * fastest, 3.0 * fastest),

@@ -104,10 +104,8 @@ def _refuse_large(path: Path) -> None:
                 declared += int.from_bytes(first[4:8], "little" if order == "<" else "big")
             file.seek(max(stored - 64, 0), io.SEEK_CUR)
     if declared > MOST_UNPACKED:
-        raise FricError(
-            f"unpacks to {declared / 1e6:.0f} MB, and {MOST_UNPACKED / 1e6:.0f} MB are read at most",
-            hint="Save it with -v7.3, or only what is needed of it.",
-        )
+        what = f"unpacks to {declared / 1e6:.0f} MB, and {MOST_UNPACKED / 1e6:.0f} MB are read at most"
+        raise FricError(what, hint="Save it with -v7.3, or only what is needed of it.")
 
 
 @lru_cache(maxsize=2)
@@ -204,10 +202,8 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
     for name, value in _titled(variables).items():
         _take_apart(name, value, columns, constants)
     if not columns:
-        raise FricError(
-            "holds no vector of numbers",
-            hint="Objects such as timeseries and timetable are not read: save their arrays.",
-        )
+        hint = "Objects such as timeseries and timetable are not read: save their arrays."
+        raise FricError("holds no vector of numbers", hint=hint)
     names = [*columns]
     stamped = whole_stamps([*map(Column, names)], [*columns.values()].__getitem__, range(len(names)))
     columns = dict(zip(names, stamped, strict=True))

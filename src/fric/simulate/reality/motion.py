@@ -35,10 +35,8 @@ def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real,
     step, state, parameters = type(axis.friction).step, axis.friction.initial_state(), axis.friction.packed()
     delay, set_valued = plant.transport_delay(axis.cascade.sampling), float(state.size == 0)
     if set_valued and (second is not None or flaws.moves_friction):
-        raise FricError(
-            f"the friction of axis {axis.name} has no memory, and its guideway has flaws",
-            hint="Give it a model with memory, as 'gms'.",
-        )
+        hint = "Give it a model with memory, as 'gms'."
+        raise FricError(f"the friction of axis {axis.name} has no memory, and its guideway has flaws", hint=hint)
     if flaws.moves_friction:
         inner, step = parameters.size, guideway_step
         parameters = _on_guideway(axis, parameters)
@@ -47,9 +45,8 @@ def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real,
     if second is not None:
         motor = M - second.mass
         if not motor > 0.0:
-            raise FricError(
-                f"the second mass is {second.mass:g} kg, and all that moves {M:g} kg", hint="It is a part of that."
-            )
+            hint = "It is a part of that."
+            raise FricError(f"the second mass is {second.mass:g} kg, and all that moves {M:g} kg", hint=hint)
         on_table = second.friction == "table"
         coupling = Coupling(
             address_of(step), second.mass, second.stiffness, second.damping, 0.5 * second.backlash,
@@ -81,10 +78,8 @@ def _on_guideway(axis: Axis, inner: Real) -> Real:
         if friction is not model:  # a map for each direction, behind the address of the step
             maps = [1 + maps[0], 1 + maps[0] + len(model.packed())]
     elif flaws.waves or flaws.dwell or flaws.friction or flaws.direction != Direction():
-        raise FricError(
-            f"the friction of axis {axis.name} is '{friction.name}', which stands on no static map",
-            hint="Its level cannot vary; give it a model that does, as 'gms'.",
-        )
+        what = f"the friction of axis {axis.name} is '{friction.name}', which stands on no static map"
+        raise FricError(what, hint="Its level cannot vary; give it a model that does, as 'gms'.")
     else:
         maps = []
     dwell, drift = flaws.dwell, flaws.friction
