@@ -8,37 +8,27 @@ the field (``Annotated[float, "force"]``).
 import re
 import shlex
 import sys
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from contextvars import ContextVar
-from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass, replace
+from dataclasses import MISSING, asdict, fields, is_dataclass, replace
 from dataclasses import Field as DataclassField
 from functools import cache, reduce
 from hashlib import sha256
 from inspect import cleandoc, getdoc
 from linecache import getlines
-from math import inf, isfinite
-from operator import attrgetter, or_
+from math import inf
+from operator import or_
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    AliasChoices,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    TypeAdapter,
-    ValidationError,
-    create_model,
-    model_validator,
-)
+from pydantic import AliasChoices, BaseModel, Field, TypeAdapter, ValidationError, create_model, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 import fric
-from fric.errors import FricError, require_name
+from fric.documents.fields import AxisName, Known, SchemaError, known, read_off, refused, said
+from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Interval, Scale
 from fric.log import Record
 from fric.notice import Notice, Severity, once
@@ -47,24 +37,6 @@ from fric.units import OF_INPUT, Motion, factor, of_force, si_unit
 from fric.verb import UNIONS
 
 LARGEST = 1e20  # Largest number of a quantity: a stiffness of 1e9 N/m whose interval is open reaches 1e15
-
-Known = Annotated[
-    float | None, BeforeValidator(lambda given: None if isinstance(given, float) and not isfinite(given) else given)
-]
-"""A number, or null for an infinite value or NaN, which JSON cannot hold."""
-
-
-class SchemaError(FricError, ValueError):
-    """An error of the schema, which pydantic collects; of the user where a document that was read is used."""
-
-
-@contextmanager
-def refused(place: str = "") -> Iterator[None]:
-    """Turn a `FricError` within the block into an error of the schema, with place and remedy."""
-    try:
-        yield
-    except FricError as error:
-        raise SchemaError(error.what, where=place, hint=error.hint) from None
 
 
 def largest(given: Any) -> float:
@@ -76,7 +48,7 @@ def largest(given: Any) -> float:
 class Part(BaseModel):
     """A part of a document: an unknown key is an error, never ignored, and so is a number beyond all drives."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
+    model_config = {"extra": "forbid", "frozen": True, "defer_build": True, "allow_inf_nan": False}
     most: ClassVar[float] = LARGEST
 
     @model_validator(mode="after")
@@ -86,45 +58,6 @@ class Part(BaseModel):
                 what = f"{name}: {largest(given):g} is beyond all drives\nGive null for an open limit."
                 raise PydanticCustomError("beyond", "{what}", {"what": what})
         return self
-
-
-@dataclass(frozen=True)
-class Of:
-    """Source of a key of a written document in the object that the document is made of."""
-
-    read: Callable[[Any], Any]
-    unit: str = ""  # Of a number, which becomes a quantity
-
-
-def of(
-    source: str | Callable[[Any], Any], says: str | None = None, default: Any = ..., *, unit: str = "",
-    alias: str | None = None,
-) -> Any:  # fmt: skip
-    """Return a field of a schema with its source, an attribute by its dotted name or a function, and its description.
-
-    A key with a default is left out if its value is None, or the object has no such attribute; of others None is null.
-    """
-    field: Any = Field(default, description=says, alias=alias)
-    field.metadata.append(Of(attrgetter(source) if isinstance(source, str) else source, unit))
-    return field
-
-
-def read_off(kind: type[BaseModel], holder: Any, but: Container[str] = ()) -> dict[str, Any]:
-    """Return the values of a schema from an object, by key: as `of` states, or of the attribute of the key's name."""
-    found = {}
-    for name, field in kind.model_fields.items():
-        if name in but:
-            continue
-        how = next((mark for mark in field.metadata if isinstance(mark, Of)), None) or Of(attrgetter(name))
-        try:
-            value = how.read(holder)
-        except AttributeError:
-            if field.is_required():
-                raise
-            continue
-        if value is not None or field.is_required():
-            found[field.alias or name] = Estimate(value, how.unit) if how.unit and value is not None else value
-    return found
 
 
 class Written(Part):
@@ -143,8 +76,8 @@ class Quantity(Part):
 
     value: float | list[float]
     unit: str
-    ci95: list[float | None] | list[list[float | None]] | None = Field(
-        None, description="95 % interval [low, high], one per element; null is a limit that the data do not set"
+    ci95: list[float | None] | list[list[float | None]] | None = said(
+        "95 % interval [low, high], one per element; null is a limit that the data do not set"
     )
     fixed: bool = False
     assumed: bool = False
@@ -205,11 +138,6 @@ class CovarianceBlock(Part):
     def covariance(self) -> Covariance:
         """Return the covariance, without parameters that are open."""
         return Covariance.of(self.names, self.matrix, self.scales)
-
-
-def known(**values: Any) -> dict[str, Any]:
-    """Return the items that are not None."""
-    return {name: value for name, value in values.items() if value is not None}
 
 
 def in_units(values: Mapping[str, Any], dimensions: Mapping[str, str], motion: Motion) -> dict[str, Estimate]:
@@ -325,9 +253,6 @@ def sources(files: Iterable[Path]) -> list[dict[str, str]]:
     return [{"file": str(file), "sha256": sha256(Path(file).read_bytes()).hexdigest()} for file in files]
 
 
-AxisName = Annotated[str, AfterValidator(refused()(require_name))]
-
-
 class SourceFile(Part, extra="allow"):
     """A file, and the record in it, that a document was made from."""
 
@@ -348,12 +273,12 @@ class Provenance(Part, extra="allow"):
 class CodedWarning(Part):
     """A warning for programs: its text is in ``warnings``, too."""
 
-    code: str = Field("", description="the same for every size of the same matter, such as force-lags")
-    severity: Severity = Field("doubt", description="wrong: a number is wrong until this is mended")
+    code: str = said("the same for every size of the same matter, such as force-lags", "")
+    severity: Severity = said("wrong: a number is wrong until this is mended", "doubt")
     text: str
-    values: dict[str, Any] = Field(default_factory=dict, description="what the sentence names, in SI with units")
-    where: str = Field("", description="record, file or axis that it was found in; stands before the sentence")
-    carried: bool = Field(False, description="whether a file that was read said it first")
+    values: dict[str, Any] = said("what the sentence names, in SI with units", dict)
+    where: str = said("record, file or axis that it was found in; stands before the sentence", "")
+    carried: bool = said("whether a file that was read said it first", False)
 
     @model_validator(mode="before")
     @classmethod
@@ -429,8 +354,8 @@ class Document(Part):
     version: ClassVar[int] = 1
 
     fric: str
-    warnings: list[str] = Field(default_factory=list, description="what the data do not determine")
-    warnings_coded: list[CodedWarning] = Field(default_factory=list, description="the same with code and severity")
+    warnings: list[str] = said("what the data do not determine", list)
+    warnings_coded: list[CodedWarning] = said("the same with code and severity", list)
     provenance: Provenance | None = None
 
     def __init_subclass__(cls, type: str = "", **settings: Any) -> None:

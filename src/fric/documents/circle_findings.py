@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field
 
 from fric.circles.revolutions import Glitch
-from fric.documents.base import Document, Known, PartOf, Quantity, Written, of
+from fric.documents.base import Document, PartOf, Quantity, Written
 from fric.documents.controller import ControllerPart
+from fric.documents.fields import Known, of
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import MachineDocument, read_machine_document
 from fric.documents.plant import PlantDocument

@@ -7,7 +7,8 @@ import numpy as np
 from pydantic import Field
 
 from fric.arrays import Real
-from fric.documents.base import Document, Known, Part, PartOf, Quantity, Written, of, read_off
+from fric.documents.base import Document, Part, PartOf, Quantity, Written
+from fric.documents.fields import Known, of, read_off
 from fric.estimate import Estimate
 from fric.identify.halves import Halved
 from fric.statistics import rms

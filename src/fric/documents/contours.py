@@ -10,7 +10,8 @@ from pydantic import Field, model_validator
 from fric.arrays import Real
 from fric.circles.prediction import Predicted, Prediction
 from fric.contour import beside
-from fric.documents.base import CodedWarning, Document, Known, PartOf, Written, again, of
+from fric.documents.base import CodedWarning, Document, PartOf, Written, again
+from fric.documents.fields import Known, of, said
 from fric.documents.listings import StepsPart
 from fric.simulate.spread import Distribution
 from fric.units import readable
@@ -152,7 +153,7 @@ class CircleResultDocument(Document, ReproducedFeed, type="circle-result"):
     """Results of schemes on a circle."""
 
     monte_carlo: MonteCarloPart | None = of("many", default=None)
-    verdict: VerdictPart | None = Field(None, description="the scheme to switch on, by this circle alone")
+    verdict: VerdictPart | None = said("the scheme to switch on, by this circle alone")
     prediction: PredictionPart | None = of("prediction", default=None)
 
 
@@ -210,7 +211,7 @@ class MappedScheme(Written):
 
     title: str
     glitch: Rows = Field(description="a row for each radius, a column for each feed [m]; null where it could not run")
-    failures: list[str] = Field(default_factory=list, description="the reason where it could not run")
+    failures: list[str] = said("the reason where it could not run", list)
 
 
 class MapDifference(Written):

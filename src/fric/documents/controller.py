@@ -9,7 +9,8 @@ from fric.control import block_type, blocks
 from fric.control.cascade import Cascade
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import Q_FILTERS, QFilter
-from fric.documents.base import AxisDocument, FilePart, OfAxis, Part, Physical, Quantity, quantities, refused, single
+from fric.documents.base import AxisDocument, FilePart, OfAxis, Part, Physical, Quantity, quantities, single
+from fric.documents.fields import refused, said
 from fric.units import Motion, si_unit
 
 
@@ -28,32 +29,28 @@ class MarginsPart(Part):
 
     phase_margin: Quantity | None = None
     gain_margin: Quantity | None = None
-    gain_reduction: Quantity | None = Field(None, description="largest admissible reduction of the gain")
+    gain_reduction: Quantity | None = said("largest admissible reduction of the gain")
     peak_sensitivity: Quantity | None = None
     crossover: Quantity | None = None
     phase_crossover: Quantity | None = None
-    peak_frequency: Quantity | None = Field(None, description="where the sensitivity peaks")
+    peak_frequency: Quantity | None = said("where the sensitivity peaks")
     bandwidth: Quantity | None = None
 
 
 class ControllerDocument(AxisDocument, ControllerPart, type="controller"):
     """A controller file: the cascade of one axis, and the margins it was designed for."""
 
-    margins: dict[str, MarginsPart] = Field(
-        default_factory=dict, description="margins of velocity loop, position loop, plant input"
-    )
+    margins: dict[str, MarginsPart] = said("margins of velocity loop, position loop, plant input", dict)
 
 
 class ObserverPart(Physical):
     """A disturbance observer ``d̂ = Q·(G_n⁻¹·z - u_t)``, ``G_n = B/(s·(s + A))``."""
 
-    filter: str = Field("binomial2", description="the filter Q: binomial2 to 4, butterworth2 and 3, umeno-hori")
+    filter: str = said("the filter Q: binomial2 to 4, butterworth2 and 3, umeno-hori", "binomial2")
     cutoff: Annotated[Quantity, "frequency"] = Field(description="corner frequency 1/(2*pi*tau) of Q [Hz]")
-    A: Annotated[Quantity | None, "rate"] = Field(
-        None, description="damping of the nominal plant [1/s]; the plant's where left out"
-    )
-    B: Annotated[Quantity | None, "acceleration per input"] = Field(
-        None, description="gain of the nominal plant; the plant's where left out"
+    A: Annotated[Quantity | None, "rate"] = said("damping of the nominal plant [1/s]; the plant's where left out")
+    B: Annotated[Quantity | None, "acceleration per input"] = said(
+        "gain of the nominal plant; the plant's where left out"
     )
 
     @model_validator(mode="after")
@@ -77,8 +74,8 @@ class LimitPart(Part):
 
     cutoff: Quantity | None = None
     bandwidth: Quantity | None = None
-    frequency: Quantity | None = Field(None, description="where the rule binds")
-    Delta: Quantity | None = Field(None, description="size of the perturbation there")
+    frequency: Quantity | None = said("where the rule binds")
+    Delta: Quantity | None = said("size of the perturbation there")
     peak_sensitivity: Quantity | None = None
 
     @model_validator(mode="after")
@@ -90,14 +87,12 @@ class LimitPart(Part):
 class ObserverDocument(AxisDocument, ObserverPart, type="observer"):
     """An observer file: the filter Q of one axis, and the limit and margins it was designed for."""
 
-    bandwidth: Quantity | None = Field(None, description="where |Q| has fallen by 3 dB [Hz]; follows from the cutoff")
-    reason: str = Field("", description="why the cutoff is as it is")
-    limits: dict[Literal["robust", "sensitive"], LimitPart] = Field(
-        default_factory=dict, description="limits of Q by eq. (8) and by peak sensitivity"
+    bandwidth: Quantity | None = said("where |Q| has fallen by 3 dB [Hz]; follows from the cutoff")
+    reason: str = said("why the cutoff is as it is", "")
+    limits: dict[Literal["robust", "sensitive"], LimitPart] = said(
+        "limits of Q by eq. (8) and by peak sensitivity", dict
     )
-    margins: dict[str, MarginsPart] = Field(
-        default_factory=dict, description="margins of the whole loop, at the plant's input"
-    )
+    margins: dict[str, MarginsPart] = said("margins of the whole loop, at the plant's input", dict)
 
 
 def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str) -> dict[str, float]:
@@ -118,14 +113,10 @@ class BlockDocument(OfAxis, type="block"):
     """A block file: a control block of one axis with its parameters, and the margins that it was designed for."""
 
     block: str = Field(description="the control block: what it is called in a scheme")
-    parameters: dict[str, Quantity] = Field(
-        default_factory=dict, description="its parameters; by default as the block is designed"
-    )
-    reason: str = Field("", description="why the parameters are as they are")
-    controller: ControllerPart | None = Field(None, description="the cascade that it was designed together with")
-    margins: dict[str, MarginsPart] = Field(
-        default_factory=dict, description="margins of the whole loop, at the plant's input"
-    )
+    parameters: dict[str, Quantity] = said("its parameters; by default as the block is designed", dict)
+    reason: str = said("why the parameters are as they are", "")
+    controller: ControllerPart | None = said("the cascade that it was designed together with")
+    margins: dict[str, MarginsPart] = said("margins of the whole loop, at the plant's input", dict)
 
     @model_validator(mode="after")
     def _parameters_fit(self) -> Self:

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from fric.documents.base import CovarianceBlock, FilePart, OfAxis, Part, Quantity, known, nested, quantities, refused
+from fric.documents.base import CovarianceBlock, FilePart, OfAxis, Part, Quantity, nested, quantities
+from fric.documents.fields import known, refused, said
 from fric.documents.plant import PlantPart, plant_part
 from fric.drive.plant import Plant
 from fric.errors import FricError
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 class PreparedPart(FilePart[Preparation]):
     """Preparation of a record for the replay of a model."""
 
-    own: list[str] = Field(default_factory=list, description="terms of the record that are fitted beside the model")
+    own: list[str] = said("terms of the record that are fitted beside the model", list)
 
 
 class FitRecord(Part):
@@ -40,41 +41,41 @@ class FitRecord(Part):
 
     record: str
     kind: str | None = None
-    rmse: Quantity | None = Field(None, description="measured less replayed force")
-    energy: Quantity | None = Field(None, description="energy lost per cycle")
-    rmse_held_out: Quantity | None = Field(None, description="the same over held-out cycles")
-    inertia_share: float | None = Field(None, description="size of the inertia relative to the logged force")
-    damping_share: float | None = Field(None, description="size of the drive's damping relative to the logged force")
+    rmse: Quantity | None = said("measured less replayed force")
+    energy: Quantity | None = said("energy lost per cycle")
+    rmse_held_out: Quantity | None = said("the same over held-out cycles")
+    inertia_share: float | None = said("size of the inertia relative to the logged force")
+    damping_share: float | None = said("size of the drive's damping relative to the logged force")
     prepared: PreparedPart | None = None
-    offset: Quantity | None = Field(None, description="constant force of this record alone")
-    damping: Quantity | None = Field(None, description="force over velocity that was fitted beside the friction")
-    mass: Quantity | None = Field(None, description="mass that was fitted beside the friction")
+    offset: Quantity | None = said("constant force of this record alone")
+    damping: Quantity | None = said("force over velocity that was fitted beside the friction")
+    mass: Quantity | None = said("mass that was fitted beside the friction")
 
 
 class Fit(Part):
     """Quality of a fit, its records, and their preparation."""
 
     method: str = ""
-    plant: PlantPart | None = Field(None, description="the plant whose part was subtracted from the logged force")
-    taken_off: list[Literal["damping", "inertia"]] | None = Field(
-        None, description="parts of the plant subtracted from the logged force; may be empty"
+    plant: PlantPart | None = said("the plant whose part was subtracted from the logged force")
+    taken_off: list[Literal["damping", "inertia"]] | None = said(
+        "parts of the plant subtracted from the logged force; may be empty"
     )
     rmse: Quantity | None = None
-    r2: float | None = Field(None, description="share of the force's variance that is explained")
-    points: int | None = Field(None, description="strokes")
+    r2: float | None = said("share of the force's variance that is explained")
+    points: int | None = said("strokes")
     samples: int | None = None
-    between_strokes: Quantity | None = Field(None, description="scatter of strokes beyond their own noise")
-    between_records: dict[Literal["level", "offset", "mass"], Quantity] | None = Field(
-        None, description="standard deviation of the level, the offset and the mass from record to record"
+    between_strokes: Quantity | None = said("scatter of strokes beyond their own noise")
+    between_records: dict[Literal["level", "offset", "mass"], Quantity] | None = said(
+        "standard deviation of the level, the offset and the mass from record to record"
     )
-    over_position: Quantity | None = Field(None, description="standard deviation of friction over position")
-    left_out: int | None = Field(None, description="number of strokes that deviate from all others, and weigh less")
-    negative: Fit | None = Field(None, description="the same of the negative direction's own map")
-    alpha_sum: Quantity | None = Field(None, description="sum of alpha before it was normalised")
+    over_position: Quantity | None = said("standard deviation of friction over position")
+    left_out: int | None = said("number of strokes that deviate from all others, and weigh less")
+    negative: Fit | None = said("the same of the negative direction's own map")
+    alpha_sum: Quantity | None = said("sum of alpha before it was normalised")
     virgin_curve_rmse: Quantity | None = None
-    blocks: str | None = Field(None, description="reason for the number of slip blocks")
+    blocks: str | None = said("reason for the number of slip blocks")
     records: list[FitRecord] | None = None
-    covariance: CovarianceBlock | None = Field(None, description="covariance of the parameters")
+    covariance: CovarianceBlock | None = said("covariance of the parameters")
 
     @model_validator(mode="before")
     @classmethod
@@ -98,10 +99,10 @@ SCATTER = {"level": "ratio", "offset": "force", "mass": "mass"}
 class FrictionDocument(OfAxis, type="friction", extra="allow"):
     """A friction file: the static map, and any other model under its name, each with its fit."""
 
-    static: dict[str, Quantity] | None = Field(None, description="F_c, F_s, v_s, delta, sigma, offset of eq. (2)")
-    static_negative: dict[str, Quantity] | None = Field(None, description="the negative direction's own values")
-    at_speed: dict[str, Quantity] | None = Field(None, description="velocity and force if only one speed was logged")
-    fit: Fit | None = Field(None, description="how well the static map fits")
+    static: dict[str, Quantity] | None = said("F_c, F_s, v_s, delta, sigma, offset of eq. (2)")
+    static_negative: dict[str, Quantity] | None = said("the negative direction's own values")
+    at_speed: dict[str, Quantity] | None = said("velocity and force if only one speed was logged")
+    fit: Fit | None = said("how well the static map fits")
 
     @model_validator(mode="before")
     @classmethod

@@ -1,6 +1,7 @@
 """The content of records as `--json` prints it, ``fric: inspection/1``: apart, since reading a log inspects none."""
 
-from fric.documents.base import Document, PartOf, of
+from fric.documents.base import Document, PartOf
+from fric.documents.fields import of
 from fric.records.inspection import Inspection, ResponseInspection, TableInspection
 
 

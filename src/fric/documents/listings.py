@@ -7,7 +7,8 @@ from typing import Any, Literal
 from pydantic import Field, field_validator
 
 from fric.columns import Kind
-from fric.documents.base import AxisName, CodedWarning, Document, Known, Part, Written, of
+from fric.documents.base import CodedWarning, Document, Part, Written
+from fric.documents.fields import AxisName, Known, of
 from fric.units import Motion
 
 

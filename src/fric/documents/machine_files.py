@@ -9,19 +9,7 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from fric.control import block_type
-from fric.documents.base import (
-    AxisDocument,
-    AxisName,
-    Document,
-    FilePart,
-    Part,
-    Physical,
-    Quantity,
-    filed,
-    in_units,
-    known,
-    refused,
-)
+from fric.documents.base import AxisDocument, Document, FilePart, Part, Physical, Quantity, filed, in_units
 from fric.documents.controller import (
     BlockDocument,
     ControllerDocument,
@@ -30,6 +18,7 @@ from fric.documents.controller import (
     ObserverPart,
     block_values,
 )
+from fric.documents.fields import AxisName, known, refused, said
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument, PlantPart, plant_part
 from fric.documents.schemes import LeadGiven, lead_of
@@ -84,16 +73,13 @@ class NoisePart(Physical):
 class FeedforwardPart(Physical):
     """The friction that the controller believes."""
 
-    gain: Annotated[Quantity | None, "ratio"] = Field(
-        default=None, description="share of the nominal friction that is fed forward; 1 if left out"
+    gain: Annotated[Quantity | None, "ratio"] = said("share of the nominal friction that is fed forward; 1 if left out")
+    lead: LeadGiven = said(
+        "lead of the feedforward of friction and inverse model, as '0.6 ms'; auto for the delay T_d of "
+        "the nominal plant; none if left out"
     )
-    lead: LeadGiven = Field(
-        default=None,
-        description="lead of the feedforward of friction and inverse model, as '0.6 ms'; auto for the delay T_d of "
-        "the nominal plant; none if left out",
-    )
-    friction: Annotated[FrictionDocument | None, _from_file(FrictionDocument)] = Field(
-        default=None, description="a friction file, or its sections; the machine's own friction where left out"
+    friction: Annotated[FrictionDocument | None, _from_file(FrictionDocument)] = said(
+        "a friction file, or its sections; the machine's own friction where left out"
     )
 
 
@@ -102,24 +88,24 @@ class AxisPart(Part):
 
     motion: Motion = "linear"
     plant: Annotated[PlantPart, _from_file(PlantDocument, PlantPart)]
-    nominal: Annotated[PlantPart | None, _from_file(PlantDocument, PlantPart)] = Field(
-        None, description="the nominal plant, as identified; the true one where left out"
+    nominal: Annotated[PlantPart | None, _from_file(PlantDocument, PlantPart)] = said(
+        "the nominal plant, as identified; the true one where left out"
     )
     controller: Annotated[ControllerPart, _from_file(ControllerDocument, ControllerPart)]
     observer: Annotated[ObserverPart | None, _from_file(ObserverDocument, ObserverPart)] = None
-    encoder: EncoderPart | None = Field(None, description="not quantised where left out")
-    noise: NoisePart | None = Field(None, description="none where left out")
+    encoder: EncoderPart | None = said("not quantised where left out")
+    noise: NoisePart | None = said("none where left out")
     friction: Annotated[FrictionDocument, _from_file(FrictionDocument)] = Field(
         description="the friction that the axis has: a friction file, or its sections"
     )
     feedforward: FeedforwardPart = Field(default_factory=FeedforwardPart)
-    blocks: dict[str, Annotated[BlockDocument | dict[str, Quantity], _from_file(BlockDocument)]] = Field(
-        default_factory=dict,
-        description="parameters of further control blocks by name, or a block file each; by default as the block is "
+    blocks: dict[str, Annotated[BlockDocument | dict[str, Quantity], _from_file(BlockDocument)]] = said(
+        "parameters of further control blocks by name, or a block file each; by default as the block is "
         "designed for the axis",
+        dict,
     )
-    second_mass: FilePart[SecondMass] | None = Field(None, description="one rigid mass where left out")
-    reality: FilePart[Reality] | None = Field(None, description="flaws of logs and guideway; none where left out")
+    second_mass: FilePart[SecondMass] | None = said("one rigid mass where left out")
+    reality: FilePart[Reality] | None = said("flaws of logs and guideway; none where left out")
 
     def parts(self) -> dict[str, Any]:
         """Return its parts by key, including the feedforward."""
@@ -150,9 +136,9 @@ class MachineDocument(Document, type="machine"):
     """A machine file: axes with plant, controller, observer, encoder, true and nominal friction."""
 
     name: str = ""
-    like: str = Field("", description="a machine file with the same axes, apart from the keys given here")
+    like: str = said("a machine file with the same axes, apart from the keys given here", "")
     axes: dict[AxisName, AxisPart]
-    published: list[PublishedPart] = Field(default_factory=list, description="glitches to compare with")
+    published: list[PublishedPart] = said("glitches to compare with", list)
 
     @model_validator(mode="before")
     @classmethod
@@ -480,7 +466,7 @@ def _nominal_document(file: Path) -> tuple[str, AxisDocument | FrictionDocument 
 class SpreadPart(Part):
     """The factor by which a parameter of a drawn machine differs from that of the nominal machine."""
 
-    distribution: Distribution = Field("uniform", description="of the factor, or of its logarithm")
+    distribution: Distribution = said("of the factor, or of its logarithm", "uniform")
     factor: Quantity = Field(
         description="limits [low, high] of the factor; its 95 % interval where the distribution is normal or log-normal"
     )

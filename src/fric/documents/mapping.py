@@ -12,6 +12,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from fric.columns import CHANNELS, CIRCLE, FORCE_VELOCITY, LARGEST_TURN, Kind, channel_dimension, is_circle_channel
 from fric.documents.base import Document, Part
+from fric.documents.fields import said
 from fric.errors import FricError
 from fric.log import ForceVelocity, FrequencyResponse
 from fric.units import Motion, factor, kinds_of, parse
@@ -33,32 +34,28 @@ def filled(template: str, fields: Mapping[str, str], where: str) -> str:
 class Layout(Part):
     """Layout of a text log; by default it is found from the file."""
 
-    delimiter: str | None = Field(default=None, description='between cells: ",", ";", "\\t", "|" or "whitespace"')
+    delimiter: str | None = said('between cells: ",", ";", "\\t", "|" or "whitespace"')
     decimal: Literal[".", ","] | None = None
-    encoding: str | None = Field(default=None, description="such as utf-8, latin-1, utf-16")
+    encoding: str | None = said("such as utf-8, latin-1, utf-16")
     skip: int = Field(default=0, ge=0, description="lines at the top to skip")
-    header: int | Literal[False] | None = Field(
-        default=None, description="line of the names, counted from 1; false: none"
-    )
-    units: int | Literal[False] | None = Field(
-        default=None, description="line of the units, counted from 1; false: none"
-    )
-    data_after: str | None = Field(default=None, description="the data follow the line that starts with this text")
+    header: int | Literal[False] | None = said("line of the names, counted from 1; false: none")
+    units: int | Literal[False] | None = said("line of the units, counted from 1; false: none")
+    data_after: str | None = said("the data follow the line that starts with this text")
     comment: str | None = Field(default=None, min_length=1, max_length=1, description="begin of comments")
 
 
 class ColumnMapping(Part):
     """Source of a channel: a column, or a value for the whole record."""
 
-    column: str | int | None = Field(default=None, description="name, or index counted from 0")
-    value: str | None = Field(default=None, description='a value for the whole record, such as "{speed} mm/s"')
-    rate: str | None = Field(default=None, description='a time that was not logged, such as "4 kHz"')
-    period: str | None = Field(default=None, description='a time that was not logged, such as "0.25 ms"')
-    unit: str | None = Field(default=None, description="unit of the column; left out, that of the header")
-    scale: str | None = Field(default=None, description='size of a logged unit, such as "0.0984 mN*m"')
-    file: str | None = Field(default=None, description='of --join: files that hold it, as "*force*.csv"')
+    column: str | int | None = said("name, or index counted from 0")
+    value: str | None = said('a value for the whole record, such as "{speed} mm/s"')
+    rate: str | None = said('a time that was not logged, such as "4 kHz"')
+    period: str | None = said('a time that was not logged, such as "0.25 ms"')
+    unit: str | None = said("unit of the column; left out, that of the header")
+    scale: str | None = said('size of a logged unit, such as "0.0984 mN*m"')
+    file: str | None = said('of --join: files that hold it, as "*force*.csv"')
     wraps: float | None = Field(default=None, gt=0, le=LARGEST_TURN, description="period of an angle, as logged: 360")
-    sign: Literal[1, -1] | None = Field(default=None, description="-1 where the log counts the other way")
+    sign: Literal[1, -1] | None = said("-1 where the log counts the other way")
 
     @model_validator(mode="after")
     def _one_origin(self) -> Self:
@@ -79,11 +76,11 @@ class FileMapping(Part):
     axis: str | None = None
     motion: Motion | None = None
     kind: Kind | Literal["circle"] | None = None
-    record: str = Field(default="{stem}", description="name of the record")
-    file: str | None = Field(default=None, description='pattern of the file name, as "{axis}_{speed}mmps"')
+    record: str = said("name of the record", "{stem}")
+    file: str | None = said('pattern of the file name, as "{axis}_{speed}mmps"')
     format: Layout = Layout()
     columns: dict[str, ColumnMapping] = Field(default_factory=dict)
-    files: str | list[str] | None = Field(default=None, description='of a part: names of its files, as "*.csv"')
+    files: str | list[str] | None = said('of a part: names of its files, as "*.csv"')
 
     def fits(self, path: Path, names: Collection[str]) -> bool:
         """Return whether the mapping fits a file: by the patterns of names, and by its columns, if any."""
@@ -151,7 +148,7 @@ class FileMapping(Part):
 class MappingDocument(Document, FileMapping, type="mapping"):
     """A mapping of foreign logs: of an axis; or in parts, for each axis or each kind of files."""
 
-    parts: list[FileMapping] = Field(default_factory=list, description="mappings, in place of columns")
+    parts: list[FileMapping] = said("mappings, in place of columns", list)
 
     @model_validator(mode="after")
     def _columns_or_parts(self) -> Self:

@@ -5,19 +5,8 @@ from typing import Any, Self
 
 from pydantic import Field, model_validator
 
-from fric.documents.base import (
-    FilePart,
-    Known,
-    OfAxis,
-    Part,
-    Quantity,
-    SchemaError,
-    in_units,
-    known,
-    of,
-    read_off,
-    refused,
-)
+from fric.documents.base import FilePart, OfAxis, Part, Quantity, in_units
+from fric.documents.fields import Known, SchemaError, known, of, read_off, refused, said
 from fric.estimate import Estimate
 from fric.notice import Notice
 from fric.simulate.experiment import EXPERIMENTS, Limits, Narrowing, Plan, Planned, Setting
@@ -66,8 +55,8 @@ class ExpectedPart(Part):
     value: float = Field(description="median of the identified values over several runs, in SI")
     half_width: Known = Field(description="half the 95 % interval; null where the records set no limit")
     unit: str
-    between: tuple[Known, Known] | None = Field(
-        None, description="half-widths of single runs, least and largest of nine: 80 % lie between them"
+    between: tuple[Known, Known] | None = said(
+        "half-widths of single runs, least and largest of nine: 80 % lie between them"
     )
 
 
@@ -92,11 +81,11 @@ class PlanDocument(OfAxis, type="plan"):
     """Records to take of an axis, and the expected intervals."""
 
     limits: FilePart[Limits]
-    prior: str = Field("", description="the assumed axis")
+    prior: str = said("the assumed axis", "")
     experiments: list[ExperimentPart]
-    expected: dict[str, ExpectedPart] = Field(default_factory=dict, description="by parameter; k_2 is of block 2")
-    blocks: int | None = Field(None, description="slip blocks that the records determine: identify gms --blocks")
-    narrowing: NarrowingPart | None = Field(None, description="after a first result: effect of a further record")
+    expected: dict[str, ExpectedPart] = said("by parameter; k_2 is of block 2", dict)
+    blocks: int | None = said("slip blocks that the records determine: identify gms --blocks")
+    narrowing: NarrowingPart | None = said("after a first result: effect of a further record")
 
     @model_validator(mode="after")
     def _settings_fit(self) -> Self:

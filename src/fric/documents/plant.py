@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from fric.documents.base import AxisDocument, CovarianceBlock, FilePart, Physical, Quantity, Written, of
+from fric.documents.base import AxisDocument, CovarianceBlock, FilePart, Physical, Quantity, Written
+from fric.documents.fields import of, said
 from fric.drive.plant import LinearPlant, Plant, hold_delay
 from fric.drive.resonance import Resonance
 from fric.errors import FricError
@@ -25,20 +26,20 @@ class PlantPart(Physical):
     """The plant of eq. (1), ``B·e^(-s·T_d)/(s·(s + A))``."""
 
     A: Annotated[Quantity, "rate"] = Field(description="linear damping of the drive [1/s]")
-    B: Annotated[Quantity | None, "acceleration per input"] = Field(
-        None, description="acceleration per input [m/(s^2*V)]; left out where no input was logged"
+    B: Annotated[Quantity | None, "acceleration per input"] = said(
+        "acceleration per input [m/(s^2*V)]; left out where no input was logged"
     )
     T_d: Annotated[Quantity, "time"] = Field(
         description="delay of the measured response, half a sample of hold included [s]"
     )
-    K_f: Annotated[Quantity | None, "force per input"] = Field(
-        None, description="force constant [N/V]; left out where no force was logged"
+    K_f: Annotated[Quantity | None, "force per input"] = said(
+        "force constant [N/V]; left out where no force was logged"
     )
-    force_lag: Annotated[Quantity | None, "time"] = Field(
-        None, description="lag of the logged force behind the voltage, at low frequency [s]"
+    force_lag: Annotated[Quantity | None, "time"] = said(
+        "lag of the logged force behind the voltage, at low frequency [s]"
     )
-    force_filter: Annotated[Quantity | None, "frequency"] = Field(
-        None, description="corner of the first-order filter within the lag [Hz]; left out if not visible"
+    force_filter: Annotated[Quantity | None, "frequency"] = said(
+        "corner of the first-order filter within the lag [Hz]; left out if not visible"
     )
 
     def linear(self, motion: Motion) -> LinearPlant:
@@ -140,9 +141,7 @@ class PlantFitPart(Written):
     misfit: Quantity | None = of(
         "solution.misfit", "what eq. (1) leaves of the responses beyond noise, relative", None, unit="1"
     )
-    sampling: Quantity | None = of(
-        lambda fit: fit.sampling if hasattr(fit, "sampling") else fit.hold, None, None, unit="Hz"
-    )
+    sampling: Quantity | None = of(lambda fit: getattr(fit, "sampling", None) or fit.hold, None, None, unit="Hz")
     hold_delay: Quantity | None = of(lambda fit: fit.hold and hold_delay(fit.hold), default=None, unit="s")
     transport_delay: Quantity | None = of("transport", default=None)
     responses: list[ResponseFitPart] | None = None
@@ -175,8 +174,8 @@ class SecondMassPart(FilePart[Resonance]):
 class PlantDocument(AxisDocument, PlantPart, type="plant"):
     """A plant file: eq. (1) of one axis."""
 
-    second_mass: SecondMassPart | None = Field(None, description="a second mass; left out if not visible")
-    fit: PlantFitPart | None = Field(None, description="quality of the fit")
+    second_mass: SecondMassPart | None = said("a second mass; left out if not visible")
+    fit: PlantFitPart | None = said("quality of the fit")
 
     def lines(self, record: str) -> tuple[float, list[float]]:
         """Return the lowest frequency of a record's response, 0 if not known, and those of deviating lines [Hz]."""

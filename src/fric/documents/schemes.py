@@ -3,10 +3,11 @@
 from pathlib import Path
 from typing import Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from fric.control.scheme import Lead, Scheme
-from fric.documents.base import Document, Part, Quantity, refused
+from fric.documents.base import Document, Part, Quantity
+from fric.documents.fields import refused, said
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.units import LARGEST_PEAK, parse_gain
@@ -24,18 +25,16 @@ class SchemePart(Part):
     """A compensation scheme: the friction that is fed forward, the controller, and further control blocks."""
 
     title: str = ""
-    friction: str | None = Field(None, description="friction model to feed forward: static, gms, …; none if left out")
-    observer: bool = Field(False, description="true where the axis' disturbance observer is on")
-    gain: float | None = Field(None, description="gain of the feedforward; the machine's where left out")
-    lead: LeadGiven = Field(None, description="lead of the feedforward; the machine's where left out")
-    controller: str = Field("cascade", description="the control block in place of the cascade")
-    peak_sensitivity: Quantity | None = Field(
-        None, description="largest M_s of blocks without a value in their files, in dB; 6 dB if left out"
+    friction: str | None = said("friction model to feed forward: static, gms, …; none if left out")
+    observer: bool = said("true where the axis' disturbance observer is on", False)
+    gain: float | None = said("gain of the feedforward; the machine's where left out")
+    lead: LeadGiven = said("lead of the feedforward; the machine's where left out")
+    controller: str = said("the control block in place of the cascade", "cascade")
+    peak_sensitivity: Quantity | None = said(
+        "largest M_s of blocks without a value in their files, in dB; 6 dB if left out"
     )
-    joint: bool = Field(
-        False, description="true where the cascade's gains are designed together with the block that feeds back"
-    )
-    blocks: list[str] = Field(default_factory=list, description="further control blocks: observers, feedforward")
+    joint: bool = said("true where the cascade's gains are designed together with the block that feeds back", False)
+    blocks: list[str] = said("further control blocks: observers, feedforward", list)
 
     @model_validator(mode="after")
     def _blocks_fit(self) -> Self:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from fric.documents.base import known
+from fric.documents.fields import known
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.results.base import Advance, in_si, quantity, several, silent
