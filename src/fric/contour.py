@@ -182,9 +182,7 @@ def contour_error(path: Real, velocity: Real, motion: Real, sampling: float) -> 
     off = motion - path
     error = off[:, 0] * tangent[:, 1] - off[:, 1] * tangent[:, 0]
     heading = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
-    crossings = sorted(
-        (int(n), axis) for axis in (0, 1) for n in np.flatnonzero(np.diff(np.sign(velocity[:, axis])) != 0)
-    )
+    crossings = sorted((int(n), axis) for axis in (0, 1) for n in np.flatnonzero(np.diff(np.sign(velocity[:, axis]))))
     places = [n for n, _ in crossings]
     deviation = error - np.median(error)
     found = []

@@ -123,9 +123,7 @@ def as_filed(value: T) -> T:
     elif isinstance(value, Mapping):
         found = {key: as_filed(item) for key, item in value.items()}
     elif is_dataclass(value) and not isinstance(value, type):
-        found = replace(
-            value, **{field.name: as_filed(getattr(value, field.name)) for field in fields(value) if field.init}
-        )
+        found = replace(value, **{f.name: as_filed(getattr(value, f.name)) for f in fields(value) if f.init})
     return found
 
 

@@ -203,9 +203,8 @@ class Verdict:
             word = "the identified machine differs; the decision uses machines fitted to this circle (see `fric tune`)"
         elif self.trusted and not 1.0 / CLOSE <= self.compared[0] / max(self.compared[1], 1e-12) <= CLOSE:
             word = "within the interval of the prediction, which is wide. Identify again from more records"
-        others = (
-            f" {name.upper()} has no model: its {readable(m, 'm', 3)} remain." for name, m in self.unmodelled.items()
-        )
+        left = self.unmodelled.items()
+        others = (f" {name.upper()} has no model: its {readable(m, 'm', 3)} remain." for name, m in left)
         return f"Predicted {predicted}, measured {measured}: {word}.{''.join(others)}"
 
     def lines(self) -> list[str]:
@@ -334,10 +333,8 @@ def decide(evidence: Evidence) -> Verdict:
     given["unmodelled"] = evidence.unmodelled
     given["now"] = now = glitch_now(without, evidence) if (without := bare(evidence.candidates)) else ""
     if evidence.disagreements or not usable:
-        following = tuple(steps(evidence, None))
-        return Verdict(
-            choice=None, headline=nothing(evidence), why=why, effort=said, next=following, kept=kept, **given
-        )
+        then = tuple(steps(evidence, None))
+        return Verdict(choice=None, headline=nothing(evidence), why=why, effort=said, next=then, kept=kept, **given)
     chosen = _choose(usable, evidence)
     why += tuple(chosen.predicted.distrust) if chosen.predicted else ()
     if evidence.tolerance is not None:

@@ -268,14 +268,12 @@ def _carried(
 ) -> float:
     """Return the glitch of another circle with the learned voltage, transferred by the angle [m]."""
     new = _references(other, axes)
-    old_angle, new_angle = (
-        np.unwrap(np.arctan2(y.position, x.position)) for x, y in (references.values(), new.values())
-    )
-    latest = np.abs(old_angle[-1] - old_angle) <= 2 * pi
+    angle, new_angle = (np.unwrap(np.arctan2(y.position, x.position)) for x, y in (references.values(), new.values()))
+    latest = np.abs(angle[-1] - angle) <= 2 * pi
     carried = {}
     for name, voltage in last.items():
-        order = np.argsort(old_angle[latest] % (2 * pi))
-        known, values = (old_angle[latest] % (2 * pi))[order], voltage[latest][order]
+        order = np.argsort(angle[latest] % (2 * pi))
+        known, values = (angle[latest] % (2 * pi))[order], voltage[latest][order]
         carried[name] = np.interp(new_angle % (2 * pi), known, values, period=2 * pi)
     try:
         return _run(axes, scheme, other, carried).circularity.glitch

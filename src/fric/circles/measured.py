@@ -247,9 +247,7 @@ class MeasuredCircle(FromFile):
 def measured_from_run(run: "CircleRun", source: str = "") -> MeasuredCircle:
     """Return the record of a simulated circle as a circle test, as measured by the encoders."""
     test = run.circle
-    axes = {
-        name: AxisTrace(trace.time, trace.measured, trace.reference, trace.input) for name, trace in run.traces.items()
-    }
+    axes = {name: AxisTrace(seen.time, seen.measured, seen.reference, seen.input) for name, seen in run.traces.items()}
     if len(axes) == 1:  # the other follows its reference
         ((known, trace),) = axes.items()
         references = test.references(1.0 / float(trace.time[1] - trace.time[0]))

@@ -272,9 +272,7 @@ def _of_the_encoder(
     return Chance(tuple(glitches), 0.0)
 
 
-def recorded_once_more(
-    test: MeasuredCircle, n: int, before: Mapping[str, Axis], tuned: Mapping[str, TunedAxis]
-) -> Chance:
+def circle_again(test: MeasuredCircle, n: int, before: Mapping[str, Axis], tuned: Mapping[str, TunedAxis]) -> Chance:
     """Return the glitch of a circle that is recorded again, with the former models of the controllers [m]."""
     axes = {}
     for name, axis in tuned.items():
@@ -420,9 +418,7 @@ def distrusts(
     tests, records: Measured circles, and their axes as balances of voltages. Where one has no voltage, its friction is
         found with the stated gains: it agrees with any.
     """
-    wrong = [
-        notice for notice in notices if notice.severity == "wrong" and not (tests and flaw_of(notice).circle_settles)
-    ]
+    wrong = [item for item in notices if item.severity == "wrong" and not (tests and flaw_of(item).circle_settles)]
     measured = [] if tests else [NO_MEASURED_CIRCLE.found()]
     return once([*measured, *wrong, *unknown_gains(notices, tests), *_of_circles(machine, tests, records, circle)])
 
@@ -596,10 +592,8 @@ def holding(axis: TunedAxis) -> TunedAxis:
     """Return a tuned axis whose cascade and observer stabilise its falling friction; unchanged if they already do."""
     if not axis.improves or holds(axis):
         return axis
-    cascade, observer = hold_falling(
-        axis.nominal, axis.axis.cascade, tune_fit.gms_of(axis.friction), axis.axis.observer
-    )
-    return replace(axis, axis=replace(axis.axis, cascade=cascade, observer=observer), loop=True)
+    cascade, watch = hold_falling(axis.nominal, axis.axis.cascade, tune_fit.gms_of(axis.friction), axis.axis.observer)
+    return replace(axis, axis=replace(axis.axis, cascade=cascade, observer=watch), loop=True)
 
 
 def loop_warnings(axes: Mapping[str, TunedAxis]) -> Iterator[Notice]:
@@ -764,7 +758,7 @@ def tune(
     elif better and not predicted:
         why = "with the result no stable circle can be simulated"
     else:
-        once_more = cache(lambda n: recorded_once_more(tests[n], n, before, found))
+        once_more = cache(lambda n: circle_again(tests[n], n, before, found))
         count = max(axis.encoder.resolution for axis in before.values())
         why = worse_ahead(tests, predicted, once_more, count, doubtful=doubtful)
         if why and not doubtful:

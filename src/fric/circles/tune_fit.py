@@ -209,9 +209,8 @@ def refined(
     acceleration = (late - a * velocity - offset - model.replay(t, record.whole, velocity) / K_f) / m
     wanted = np.gradient(np.gradient(r, t), t)
     z, v = smoothed(t, r, r - z_m, wanted - acceleration)
-    return replace(
-        record, position=np.ascontiguousarray(z[::every]), velocity=np.ascontiguousarray(v[::every]), whole=z
-    )
+    position, velocity = (np.ascontiguousarray(x[::every]) for x in (z, v))
+    return replace(record, position=position, velocity=velocity, whole=z)
 
 
 def _seen(test: MeasuredCircle, t: Real, axis: str) -> tuple[Real, Indices, Mask]:

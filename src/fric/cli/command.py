@@ -400,8 +400,7 @@ def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> t
                 with formatter.section(title):
                     formatter.write_dl(rows)
 
-    app = typer.Typer(
-        name=name, cls=Group, help=text, no_args_is_help=True, **{"add_completion": False} | PLAIN | settings
-    )
+    settings = {"add_completion": False} | PLAIN | settings
+    app = typer.Typer(name=name, cls=Group, help=text, no_args_is_help=True, **settings)
     app.callback()(lambda: None)  # without one Typer takes a group that is yet empty for a command
     return app

@@ -124,10 +124,8 @@ class GainScheduled(ControlBlock):
 
     def packed(self, setting: Setting) -> Real:
         """Return the cascade's gains, what is added to them, and the schedule."""
-        cascade = setting.cascade.packed(setting)
-        return np.concatenate(
-            [cascade, [self.proportional, self.integral, self.carried], self.schedule(setting).ravel()]
-        )
+        cascade, added = setting.cascade.packed(setting), [self.proportional, self.integral, self.carried]
+        return np.concatenate([cascade, added, self.schedule(setting).ravel()])
 
     def initial_state(self, setting: Setting) -> Real:
         """Return the cascade's state, and a reference that reverses where it begins."""

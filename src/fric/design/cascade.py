@@ -213,9 +213,8 @@ def _infeasible(plant: LinearPlant, tried: list[Cascade], asked: Requirement, na
                 best = max(best, (found.phase_margin, found.gain_margin))
     phase, gain = np.degrees(best[0]), decibel(best[1])
     hint = f"The nearest that holds is a phase margin of {phase:.1f}° with a gain margin of {gain:.1f} dB."
-    return FricError(
-        f"no gain gives the {name} loop {_wanted(asked)}", hint=hint if best[0] else "No gain makes it stable."
-    )
+    what = f"no gain gives the {name} loop {_wanted(asked)}"
+    return FricError(what, hint=hint if best[0] else "No gain makes it stable.")
 
 
 def _wanted(asked: Requirement) -> str:

@@ -301,9 +301,7 @@ def _peak(f: Real, values: Real, function: Callable[[float], float]) -> tuple[fl
     from scipy.optimize import minimize_scalar
 
     top = int(np.argmax(values))
-    low, high = np.log(f[max(top - 1, 0)]), np.log(f[min(top + 1, f.size - 1)])
-    found = minimize_scalar(
-        lambda x: -function(np.exp(x)), bounds=(low, high), method="bounded", options={"xatol": 1e-9}
-    )
+    ends = np.log(f[max(top - 1, 0)]), np.log(f[min(top + 1, f.size - 1)])
+    found = minimize_scalar(lambda x: -function(np.exp(x)), bounds=ends, method="bounded", options={"xatol": 1e-9})
     refined = -float(found.fun)
     return (float(np.exp(found.x)), refined) if refined > values[top] else (float(f[top]), float(values[top]))

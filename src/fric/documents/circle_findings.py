@@ -76,9 +76,7 @@ class DiagnosisDocument(Document, type="diagnosis"):
 
     radius: Quantity = of("found.test.radius", unit="m")
     feed: Quantity = of("found.test.feed", unit="m/s")
-    direction: Quantity = of(
-        lambda made: float(made.found.test.direction), "1 counter-clockwise, -1 clockwise", unit="1"
-    )
+    direction: Quantity = of(lambda its: float(its.found.test.direction), "1 counter-clockwise, -1 clockwise", unit="1")
     revolutions: list[int] = of(lambda made: [test.count for test in made.found.tests])
     centre: dict[str, Quantity] = of(_per_axis("centre"))
     scale: dict[str, Quantity] = of(_per_axis("scale"))

@@ -90,19 +90,15 @@ class MonteCarloPart(Written):
 class VerdictPart(Written):
     """The scheme to switch on, whether to trust that, and the next commands; lengths in m."""
 
-    scheme: str | None = of(lambda item: item.choice and item.choice.scheme.name, "null where none is recommended")
-    glitch: float | None = of(
-        lambda item: item.choice and item.choice.middle, "median over the machines that were drawn"
-    )
-    ci95: list[float] | None = of(lambda item: item.choice and item.choice.interval)
+    scheme: str | None = of(lambda it: it.choice and it.choice.scheme.name, "null where none is recommended")
+    glitch: float | None = of(lambda it: it.choice and it.choice.middle, "median over the machines that were drawn")
+    ci95: list[float] | None = of(lambda it: it.choice and it.choice.interval)
     stays_under: float | None = of(
-        lambda item: item.choice and item.choice.stays_under, "bound of the glitch on 95 % of the drawn machines"
+        lambda it: it.choice and it.choice.stays_under, "bound of the glitch on 95 % of the drawn machines"
     )
     trusted: bool
     passes: bool | None = Field(description="whether the tolerance is kept; null if none was given, or not decided")
-    result: Literal["", "pass", "fail", "not decided"] = of(
-        lambda item: item.result[0], "empty if no tolerance was given"
-    )
+    result: Literal["", "pass", "fail", "not decided"] = of(lambda it: it.result[0], "empty if no tolerance was given")
     headline: str
     why: list[str] = Field(description="why it is not to be trusted yet")
     settled: list[str] = Field(description="warnings of the files that the measured circle settles")
@@ -252,9 +248,7 @@ class CircleMapDocument(Document, type="circle-map"):
 
     def describe(self) -> list[str]:
         """Return where and how much each pair of schemes differs, a sentence for each pair."""
-        return [
-            self._described(name, np.array(difference.less, float)) for name, difference in self.differences.items()
-        ]
+        return [self._described(name, np.array(pair.less, float)) for name, pair in self.differences.items()]
 
     def _described(self, name: str, less: Real) -> str:
         ran = np.isfinite(less)

@@ -289,10 +289,8 @@ def write_machine(machine: Machine, path: Path | str, *, force: bool = False) ->
     path: The file.
     Raises FricError: When an axis has a friction that no file holds, as one completed by a measured circle.
     """
-    content: dict[str, Any] = {
-        "name": machine.name,
-        "axes": {name: _filed(axis) for name, axis in machine.axes.items()},
-    }
+    axes = {name: _filed(axis) for name, axis in machine.axes.items()}
+    content: dict[str, Any] = {"name": machine.name, "axes": axes}
     if machine.published:
         content["published"] = [
             in_units({"radius": test.radius, "velocity": test.feed}, PublishedPart.dimensions, "linear")

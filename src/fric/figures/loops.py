@@ -157,9 +157,7 @@ def reach_figure(found: QReach, width: float = 6.3, height: float = 4.0) -> Figu
                 axes.fill_between(
                     Delta.frequency, edge, inverse, color=GREY, alpha=0.35, linewidth=0, label="95 % confidence"
                 )
-        axes.semilogx(
-            f, 20 * np.log10(np.abs(q.response(f))), color=BLUE, linewidth=1.8, label=_described("Q", q.cutoff)
-        )
+        axes.semilogx(f, 20 * np.log10(np.abs(q.response(f))), color=BLUE, lw=1.8, label=_described("Q", q.cutoff))
         limits = (("eq. (8)", found.robust, VERMILION, "--"), ("peak sensitivity", found.sensitive, ORANGE, "-."))
         for why, limit, color, line in limits:
             if limit is not None and abs(limit.cutoff / q.cutoff - 1) > 1e-6:

@@ -23,9 +23,7 @@ def draw_plant(fit: PlantFit) -> Figure:
     """
     compared = fit.friction.compared
     with new_figure(7.2 if compared else 6.3, 5.6) as figure:
-        grid = figure.add_gridspec(
-            3, 2 if compared else 1, height_ratios=(3, 3, 2), width_ratios=(3, 2)[: 1 + compared]
-        )
+        grid = figure.add_gridspec(3, 1 + compared, height_ratios=(3, 3, 2), width_ratios=(3, 2)[: 1 + compared])
         top = figure.add_subplot(grid[0, 0])
         middle = figure.add_subplot(grid[1, 0], sharex=top)
         bottom = figure.add_subplot(grid[2, 0], sharex=top)

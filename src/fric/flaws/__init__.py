@@ -30,9 +30,7 @@ def _listed() -> Mapping[str, Flaw]:
 
 def entries(family: ModuleType) -> list[Flaw]:
     """Return the flaws of a family."""
-    tables = [
-        item if isinstance(item, Mapping) else {"": item} for name, item in vars(family).items() if name.isupper()
-    ]
+    tables = [one if isinstance(one, Mapping) else {"": one} for name, one in vars(family).items() if name.isupper()]
     return [flaw for table in tables for flaw in table.values() if isinstance(flaw, Flaw)]
 
 

@@ -190,9 +190,7 @@ def _read_run(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     warnings: tuple[Notice, ...] = tuple(map(Notice.of, coded))
     warnings = warnings or tuple(Notice.of(line) for line in str(attributes["warnings"]).splitlines() if line)
     rows = column(group, "places", ndim=2).tolist() if "places" in group else ()
-    at_places = tuple(
-        Figures(tuple(glitches), *others) for *glitches, others in ((*row[:-3], row[-3:]) for row in rows)
-    )
+    at_places = tuple(Figures(tuple(each), *others) for *each, others in ((*row[:-3], row[-3:]) for row in rows))
     if "points" in group:
         reversals = tuple(Reversal(int(row[0]), *map(float, tuple(row)[1:])) for row in group["reversals"][:])
         contour = ContourError(column(group, "station"), column(group, "error"), reversals)

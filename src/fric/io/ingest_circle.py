@@ -153,9 +153,8 @@ def _by_content(table: ForeignTable, sampling: float | None) -> tuple[ColumnPlan
             origins[f"{axis}.reference"] = Origin(reference[k], 1e-3)
         origins[f"{axis}.position"] = Origin(position[k], 1e-3)
     of_reference = " and ".join(map(str, reference)) if reference else ""
-    notice = COLUMNS_BY_CONTENT.found(
-        str(table.path), reference=of_reference, position=" and ".join(map(str, position))
-    )
+    of_position = " and ".join(map(str, position))
+    notice = COLUMNS_BY_CONTENT.found(str(table.path), reference=of_reference, position=of_position)
     return ColumnPlan("linear", origins), [notice]
 
 

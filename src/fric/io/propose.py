@@ -338,9 +338,7 @@ def _part(guess: Guess, assume: bool) -> list[str]:
     for channel in ("position", "force"):
         if channel not in written and not (channel == "position" and "velocity" in written):
             lines.append(f"  # {channel}: {{column: ?, unit: {si_unit(channel_dimension(channel), axis.motion)}}}")
-    taken = {
-        (table.path, role.column) for table, guess_of_table in parts for role in wanted_roles(guess_of_table).values()
-    }
+    taken = {(table.path, role.column) for table, part in parts for role in wanted_roles(part).values()}
     left = [column.name for table, _ in parts for n, column in enumerate(table.columns) if (table.path, n) not in taken]
     if left:
         lines.append(f"# not read: {', '.join(left)}")

@@ -144,9 +144,8 @@ class Samples:
                 self.turn[n] = max(_turn(piece[:, n]) for piece in pieces)
             for piece in pieces if self.turn[n] else ():
                 piece[:, n] = np.unwrap(piece[:, n], period=self.turn[n])
-        still = [
-            n for n in np.flatnonzero(self.numeric & ~self.moving) if self.said[n].quantity == "time" and len(self.x)
-        ]
+        resting = np.flatnonzero(self.numeric & ~self.moving)
+        still = [n for n in resting if self.said[n].quantity == "time" and len(self.x)]
         self.constants = {f"dt {self.columns[n].name}": f"{self.x[0, n]:.9g} {self.said[n].unit or 's'}" for n in still}
         some = self.x[:: len(self.x) // LOOKED_AT + 1]  # of all rows: an axis may rest at first
         self.levels = np.array([len(np.unique(some[:, n])) for n in range(len(self.columns))])
@@ -239,9 +238,7 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
             for movement, main in moved
         ]
         others = _drives(data, t, pairs, speeds, used)
-        best, better = (
-            max((s for found in group for s, _ in found.values()), default=0.0) for group in (scores, others)
-        )
+        best, better = (max((s for one in group for s, _ in one.values()), default=0.0) for group in (scores, others))
         movements, scores = (speeds, others) if better > max(2.0 * best, BRAKED) else (movements, scores)
     drives = [_driven(data, score) for score in scores]
     movements = [_by_force(data, t, m, pushed.get("force")) for m, pushed in zip(movements, drives, strict=True)]
@@ -949,10 +946,8 @@ def _by_velocity(data: Samples, movements: Sequence[_Movement]) -> list[_Movemen
     wanted = [n for n in speeds if not data.said[n].commanded] or speeds[:1]
     wanted = [n for n in wanted if _goes_on(data.x[:, n])]
     moving = [n for n in wanted if data.moving[n]]
-    again = {
-        n for k, n in enumerate(moving) for m in moving[:k] if not _apart(data, n, m) and _alike(data, n, m) > SAME
-    }
-    wanted = [n for n in wanted if n not in again]  # as a second sensor has it
+    same = {n for k, n in enumerate(moving) for m in moving[:k] if not _apart(data, n, m) and _alike(data, n, m) > SAME}
+    wanted = [n for n in wanted if n not in same]  # as a second sensor has it
     if movements:
         pushed = {data.tags[n] for n, says in enumerate(data.said) if says.quantity == "force" and data.moving[n]}
         named = zip(data.columns, data.tags, strict=True)

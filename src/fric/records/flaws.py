@@ -467,9 +467,7 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     found = [(log, timing(log)) for log in logs]
     warnings = []
     if lost := [(log.name, clock.lost) for log, clock in found if clock.lost]:
-        warnings.append(
-            channel.SAMPLES_LOST.found(_records([name for name, _ in lost]), lost=max(by for _, by in lost))
-        )
+        warnings.append(channel.SAMPLES_LOST.found(_records([n for n, _ in lost]), lost=max(by for _, by in lost)))
     # what jitters shows in every record that is as fast; a ripple of one speed is no jitter
     unmoved = max((clock.speed for _, clock in found if not (clock.jitter or clock.lost)), default=0.0)
     if jitters := [(log, clock) for log, clock in found if clock.jitter and FASTER * clock.speed > unmoved]:

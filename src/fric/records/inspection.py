@@ -559,9 +559,8 @@ def _plant_use(found: Inspection) -> Use:
     by_motion = found.kind == "motion" and found.excites and not found.gaps  # a motion is filtered: evenly sampled
     if "input" not in found.channels:
         if broad and "force" in found.channels:
-            return Use(
-                purpose, True, "the excitation is broad-band, and determines B if the force is the drive's input"
-            )
+            why = "the excitation is broad-band, and determines B if the force is the drive's input"
+            return Use(purpose, True, why)
         if by_motion and "force" in found.channels:
             return Use(purpose, True, "a motion in both directions; B and K_f take an input too")
         return Use(purpose, False, "no input was logged")

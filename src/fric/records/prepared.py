@@ -251,10 +251,9 @@ def prepared(
         of `smooth_motion`.
     """
     if not 0 < len(logs) <= MOST_RECORDS:
-        what = (
-            f"{len(logs)} records are given, and {MOST_RECORDS} at most are replayed" if logs else "there is no record"
-        )
-        raise FricError(what, hint="Name those logs with a force that show most.")
+        what = f"{len(logs)} records are given, and {MOST_RECORDS} at most are replayed"
+        hint = "Name those logs with a force that show most."
+        raise FricError(what if logs else "there is no record", hint=hint)
     refuse_several_axes(logs)
     settings: Sequence[Conditioning | None] = filters or [None] * len(logs)
     records = tuple(_prepared(log, plant, drive, setting) for log, setting in zip(logs, settings, strict=True))

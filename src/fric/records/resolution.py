@@ -132,9 +132,8 @@ def noise_level(values: Real) -> float:
 def _blocks(values: Real, order: int, length: int) -> Real:
     """Return the mean square of differences in blocks, over that of unit white noise."""
     squares = np.diff(values, order) ** 2
-    return np.asarray(squares[: len(squares) // length * length].reshape(-1, length).mean(axis=1)) / comb(
-        2 * order, order
-    )
+    whole = squares[: len(squares) // length * length].reshape(-1, length)
+    return np.asarray(whole.mean(axis=1)) / comb(2 * order, order)
 
 
 STUCK = 5  # Number of consecutive samples at its extreme from which a force or input counts as clipped

@@ -292,9 +292,7 @@ class ReportInput:
         return found
 
     def _notices(self, test: ContourTest) -> list[Notice]:
-        """Return the warnings of files, a run and the circles, and separately circles that differ from their
-        prediction.
-        """
+        """Return the warnings of files, run and circles, and separately circles that differ from their prediction."""
         notices = [notice for item in self.items for notice in item.warnings]
         circles = [notice for circle in self.circles for notice in circle.result.warnings]
         return notices + self.warned(test) + [circle for circle in circles if not flaw_of(circle).disagrees]

@@ -64,9 +64,8 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
     alt: What it shows, for those who do not see it.
     """
     _name_curves(figure)
-    named = any(
-        ":" in str(artist.get_gid()) and "curve:" not in str(artist.get_gid()) for artist in figure.findobj(Artist)
-    )
+    names = [str(artist.get_gid()) for artist in figure.findobj(Artist)]
+    named = any(":" in name and "curve:" not in name for name in names)
     out = io.StringIO()
     # what the script magnifies must have all its points; else points that lie within a fiftieth of one go
     rules = style() | {"svg.fonttype": "none", "path.simplify": not named, "path.simplify_threshold": 0.02}
@@ -120,9 +119,7 @@ def _name_curves(figure: Figure) -> None:
     for legend in legends:
         for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True):
             drawn = named.get(text.get_text(), [])
-            if drawn and not any(
-                artist.get_gid() for artist in drawn if not str(artist.get_gid()).startswith("curve:")
-            ):
+            if drawn and not any(item.get_gid() for item in drawn if not str(item.get_gid()).startswith("curve:")):
                 for artist in drawn:
                     artist.set_gid(f"curve:{numbers[text.get_text()]}")
                 for part in (handle, text):
@@ -131,9 +128,8 @@ def _name_curves(figure: Figure) -> None:
 
 
 def _leaves(container: Any) -> list[Artist]:
-    return [
-        item for part in container for item in (part if isinstance(part, tuple | list) else [part]) if item is not None
-    ]
+    parts = (part if isinstance(part, tuple | list) else [part] for part in container)
+    return [item for part in parts for item in part if item is not None]
 
 
 def _panel(figure: Figure, axes: Axes, width: float, height: float) -> dict[str, Any]:
@@ -396,9 +392,8 @@ def friction_map(item: Item, curves: FrictionCurves) -> list[PageFigure]:
         branches = [replace(b, low=np.minimum(b.low, b.high), high=np.maximum(b.low, b.high)) for b in branches]
         maps.append(MapBranches(signs[-1], branches, band))
     between = item.tree.get("fit", {}).get("between_strokes", {}).get("value", 0.0)
-    v, F, error = (
-        np.array([getattr(p, name) for p in curves.points]) for name in ("velocity", "force", "standard_error")
-    )
+    names = ("velocity", "force", "standard_error")
+    v, F, error = (np.array([getattr(p, name) for p in curves.points]) for name in names)
     found = FrictionMap(item.motion, maps, v, F, 1.96 * np.hypot(error, between))
     first = next(iter(curves.maps.values()))
     lowest = int(np.argmin(first.y))
@@ -530,9 +525,7 @@ def magnification(test: ContourTest) -> float:
 
 def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> PageFigure:
     """Return the contours of one test: a magnified circle, or the error along a path."""
-    parts = [
-        f"({contour.scheme.name}) {contour.scheme.title} {readable(contour.middle, 'm')}" for contour in test.contours
-    ]
+    parts = [f"({run.scheme.name}) {run.scheme.title} {readable(run.middle, 'm')}" for run in test.contours]
     what = "radial error of a circle" if test.radius is not None else "contour error along a path"
     alt = f"The {what} under each scheme; largest glitch of each: {', '.join(parts)}. The table gives every number."
     if test.radius is None:

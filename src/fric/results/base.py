@@ -354,9 +354,7 @@ class Identified(Result):
         return text
 
     def conf_int(self) -> DataFrame:
-        """Return the 95 % interval of each parameter that has an interval, in SI; infinite where the data set no
-        limit.
-        """
+        """Return the 95 % interval of each parameter that has one, in SI; infinite where the data set no limit."""
         return self.to_frame()[["low", "high"]].dropna()
 
 

@@ -125,9 +125,7 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
         figures = found.figures
         plain: list[tuple[str, float | None, int]] = [("residual, rms", found.rest, 3)]
         plain += [("between revolutions", found.scatter, 3)]
-        plain += [
-            (f"circular deviation G {'ccw' if sense > 0 else 'cw'}", value, 2) for sense, value in figures.G.items()
-        ]
+        plain += [(f"circular deviation G {'ccw' if sense > 0 else 'cw'}", G, 2) for sense, G in figures.G.items()]
         plain += [("bidirectional G(b)", figures.G_b, 2), ("mean bidirectional D", figures.D, 2)]
         plain += [("radial deviation F max", figures.F_max, 2), ("radial deviation F min", figures.F_min, 2)]
         rows += [[name, f"{v * 1e6:.{digits}f}", "", "µm"] for name, v, digits in plain if v is not None]

@@ -224,9 +224,7 @@ def export_axis(
         named = path_of("a machine file, to hold a circle against it", machine) if circles else None
         held = {str(circle): diagnose(circle, machine=named).disagreements(str(circle)) for circle in circles}
         apart = [text for texts in held.values() for text in texts]
-        around = [
-            evidence_of(*drawing, compared=bool(circles), disagreements=held, notices=notices) for drawing in drawings
-        ]
+        around = [evidence_of(*one, compared=bool(circles), disagreements=held, notices=notices) for one in drawings]
         against, distrust = trust_of(
             subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around, advance=advance
         )

@@ -1,6 +1,4 @@
-"""Model arguments of verbs: plants, controllers, friction, circles, machines and schemes; as objects, files or
-results.
-"""
+"""Model arguments of verbs: plants, controllers, friction, circles, machines, schemes; objects, files or results."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -159,9 +157,8 @@ def schemes_of(asked: Any, known: Any = None) -> list[Scheme]:
     given = [*asked] if isinstance(asked, Iterable) and not isinstance(asked, str | Scheme) else [asked]
     if isinstance(known, str | Path):
         known = read_schemes(Path(known))
-    if known is not None and not (
-        isinstance(known, Mapping) and all(isinstance(item, Scheme) for item in known.values())
-    ):
+    of_schemes = isinstance(known, Mapping) and all(isinstance(item, Scheme) for item in known.values())
+    if known is not None and not of_schemes:
         raise UnfitError("schemes by name, or their file", known)
     if not all(isinstance(item, str | Scheme) for item in given):
         raise UnfitError("names of schemes, as a,c,f or all", asked)

@@ -63,9 +63,8 @@ class CircleResult(Result, schema=CircleResultDocument):
         """Warnings of machine, runs and distributions."""
         text = [notice.at(f"scheme {run.scheme.name}") for run in self.runs for notice in run.warnings]
         before = self.identified.warnings if self.identified else ()
-        return once(
-            [*self.machine.warnings, *before, *self.unused, *text, *(self.many.warnings() if self.many else ())]
-        )
+        spread = self.many.warnings() if self.many else ()
+        return once([*self.machine.warnings, *before, *self.unused, *text, *spread])
 
     @cached_property
     def verdict(self) -> Verdict:

@@ -103,9 +103,7 @@ class _CRoutine(ir.Writer):
                 taken.append(f"{c_type(argument.type, dialect)} {name}")
         result = c_type(None if routine.result is None else routine.result.type, dialect)
         used = {node.name for node in routine.nodes if isinstance(node, ir.Name)}
-        unused = [
-            f"    (void){self.name(argument.name)};" for argument in routine.arguments if argument.name not in used
-        ]
+        unused = [f"    (void){self.name(given.name)};" for given in routine.arguments if given.name not in used]
         self.block(routine.body, routine.result)
         head = [f"/* {routine.note} */"] if routine.note else []
         head += [f"static inline {result} {dialect.prefix}{routine.name}({', '.join(taken)})", "{", *copied, *unused]

@@ -420,9 +420,7 @@ def read_program(*entries: Entry) -> ir.Program:
         given = tuple(ir.Array.of(name, sizes[name]) if name in sizes else None for name in names)
         reader.inner = entry.inner
         whole = reader.routine(entry.step, given)
-        routines += [
-            routine for routine in reader.routines.values() if routine is not whole and routine not in routines
-        ]
+        routines += [made for made in reader.routines.values() if made is not whole and made not in routines]
         routines.append(replace(whole, name=entry.name))
         del reader.routines[entry.step, given]
     return ir.Program(tuple(routines), tuple(reader.records.values()))

@@ -172,10 +172,8 @@ class VirginCurve:
         scatter = np.nansum((self.cycles - self.force) ** 2, axis=0) / np.maximum(count * (count - 1), 1)
         # of few cycles one place scatters too little by chance, its neighbours alike; a drive that hunts repeats itself
         ripple = (self.force - median_filter(self.force, NEIGHBOURS, mode="nearest")) ** 2
-        errors = (
-            np.maximum(uniform_filter1d(scatter + ripple, SCATTERING), 0.0) + self.blur**2 + self.force_step**2 / 12.0
-        )
-        below -= 2.5 * np.sqrt(errors)
+        scatter = np.maximum(uniform_filter1d(scatter + ripple, SCATTERING), 0.0)
+        below -= 2.5 * np.sqrt(scatter + self.blur**2 + self.force_step**2 / 12.0)
         for _, end in self.record[:-1]:
             below[np.abs(self.displacement - end) < 0.2 * end] = 0.0
         below[F[1:] > SLIDING * F.max()] = 0.0

@@ -93,9 +93,7 @@ def select(
 
 def at(lines: Lines, kept: Mask) -> Lines:
     """Return a part of the lines."""
-    return lines._replace(
-        frequency=lines.frequency[kept], response=lines.response[kept], deviation=lines.deviation[kept]
-    )
+    return lines._replace(**{name: getattr(lines, name)[kept] for name in ("frequency", "response", "deviation")})
 
 
 def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float]:
@@ -161,9 +159,8 @@ class ResponseForm(NamedTuple):
         if self.encoder is None:
             return None
         tail = [float(value) for value in x[self.of_axis :]]
-        return Resonance(
-            float(np.exp(tail[0])), tail[2] if len(tail) > 2 else share, float(np.exp(tail[1])), self.encoder
-        )
+        ratio = tail[2] if len(tail) > 2 else share
+        return Resonance(float(np.exp(tail[0])), ratio, float(np.exp(tail[1])), self.encoder)
 
     def response(
         self, x: Real, frequency: Real, hold: float | None, reversing: float = 0.0, share: float = UNDETERMINED

@@ -50,9 +50,7 @@ def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Masks, ..
 def split_by_folds(records: Sequence[Prepared], folds: int) -> tuple[Masks, ...]:
     """Return ``folds`` splits: each record is cut into as many parts, each of which a fit to the others scores."""
     part = [(np.cumsum(record.used) - 1) * folds // max(int(record.used.sum()), 1) for record in records]
-    return tuple(
-        tuple(record.used & (p != fold) for record, p in zip(records, part, strict=True)) for fold in range(folds)
-    )
+    return tuple(tuple(r.used & (p != fold) for r, p in zip(records, part, strict=True)) for fold in range(folds))
 
 
 NEAR = 0.3  # Time after a reversal that counts as near it [s]

@@ -236,9 +236,7 @@ def search_ranges(records: Sequence[Prepared]) -> Ranges:
     fastest = float(np.quantile(np.concatenate([np.abs(r.motion.velocity[r.used]) for r in records]), 0.99))
     strokes = [float(np.ptp(r.motion.position)) for r in records]
     stroke = max(strokes)
-    grain = [
-        max(r.motion.step, 4.0 * noise_level(r.log.position)) if r.log.position is not None else 0.0 for r in records
-    ]
+    grain = [0.0 if r.log.position is None else max(r.motion.step, 4.0 * noise_level(r.log.position)) for r in records]
     seen = identifiability_of(records)
     finest = min(max(g, 1e-4 * s) for g, s in zip(grain, strokes, strict=True))
     duration = max(float(r.motion.time[-1] - r.motion.time[0]) for r in records)
@@ -390,9 +388,7 @@ class Search:
         fast, rigid = few._rigid()
 
         def explains(cost: float, x: Real) -> bool:
-            return (
-                cost <= most and float(np.sum(few.residual(few.fine(x, HOP, both=False))[fast] ** 2)) <= RIGID * rigid
-            )
+            return bool(cost <= most and np.sum(few.residual(few.fine(x, HOP, both=False))[fast] ** 2) <= RIGID * rigid)
 
         while len(found) < SEARCHES and not (found and explains(*min(found, key=itemgetter(0)))):
             nlopt.srand(seed + len(found) + 1)  # 0 would be the time of day
@@ -526,9 +522,8 @@ def block_slopes(coordinates: Coordinates, x: Real, record: Prepared, *, both: b
     by_k = slope([loads[:, n] for n in range(1, loads.shape[1])])
     by_alpha, by_C = here - by_k, np.zeros(len(here))
     if any(c.block is None for c in coordinates.free):
-        by_C = slope([side_by_side(model, alpha[None], k[None], C * factor, record)[:, 0] for factor in factors]).sum(
-            axis=1
-        )
+        by_force = slope([side_by_side(model, alpha[None], k[None], C * factor, record)[:, 0] for factor in factors])
+        by_C = by_force.sum(axis=1)
     found: dict[int, Real] = {}
     for n, c in enumerate(coordinates.free):
         if c.parameter is LEVEL:

@@ -73,9 +73,8 @@ def _part(path: Path, measurement: Any, number: int) -> SharedClock | None:
     ]  # fmt: skip
     if master is None or not wanted or not group.channel_group.cycles_nr:
         return None
-    return SharedClock(
-        _Group(path, measurement, number, wanted), 0, label=group.channel_group.acq_name or f"group {number}"
-    )
+    label = group.channel_group.acq_name or f"group {number}"
+    return SharedClock(_Group(path, measurement, number, wanted), 0, label=label)
 
 
 class _Group(ForeignTable):

@@ -89,11 +89,8 @@ def cascade_of(path: Path, position_gain: float | None) -> tuple[str, Motion, "C
     (ratio, linear), corner = _gear(root), sum(_number(element, "m_dTimeConst") for element in filters)
     gain = _number(loops[-1], "m_dKpGain") * ratio
     corner = 1.0 / (2.0 * np.pi * corner) if corner > 0.0 else 0.5 / period  # without a filter that of the sampling
-    return (
-        _axis(root),
-        "linear" if linear else "rotary",
-        Cascade(position_gain, gain, gain / reset, corner, 1.0 / period),
-    )
+    cascade = Cascade(position_gain, gain, gain / reset, corner, 1.0 / period)
+    return _axis(root), "linear" if linear else "rotary", cascade
 
 
 def _measured(root: Element) -> tuple[Real, Complex, Real]:
