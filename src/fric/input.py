@@ -105,9 +105,8 @@ def foreign(path: Path | str, hint: str = "Make it again.", *, lacking: bool = F
     except MemoryError:
         raise FricError("asks for more memory than there is", where=str(path), hint=hint) from None
     except Exception as error:
-        value = lacking and isinstance(
-            error, KeyError | ValueError | TypeError | IndexError | AttributeError | OverflowError
-        )
+        of_value = KeyError | ValueError | TypeError | IndexError | AttributeError | OverflowError
+        value = lacking and isinstance(error, of_value)
         if not (value or isinstance(error, RecursionError | OSError)) and _ours(error):
             raise
         text = printable(str(error).partition("\n")[0], 160)

@@ -78,9 +78,8 @@ def speed_of(log: Log) -> float:
     if log.position is None or len(log) < 4:
         return nan
     step = min(8, len(log) // 4)
-    return float(
-        np.quantile(np.abs(log.position[step:] - log.position[:-step]) / (log.time[step:] - log.time[:-step]), 0.99)
-    )
+    z, t = log.position, log.time
+    return float(np.quantile(np.abs(z[step:] - z[:-step]) / (t[step:] - t[:-step]), 0.99))
 
 
 def of_friction(static: StaticMap, motion: Motion, mass: float | None = None, where: str = "") -> Iterator[Finding]:

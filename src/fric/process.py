@@ -81,9 +81,8 @@ def run_python(code: str, *words: str) -> subprocess.CompletedProcess[bytes]:
     """Run code in a separate process, which is terminated when this process ends; return its result."""
     reading, writing = os.pipe()
     try:
-        return subprocess.run(
-            [sys.executable, "-P", "-c", _WATCHED + code, *words], stdin=reading, capture_output=True, check=False
-        )
+        command = [sys.executable, "-P", "-c", _WATCHED + code, *words]
+        return subprocess.run(command, stdin=reading, capture_output=True, check=False)
     finally:
         os.close(reading)
         os.close(writing)

@@ -128,9 +128,8 @@ class Geometry:
     def model(self, tested: Revolutions, n: int) -> Real:
         """Return the explained part of a test, shape (n,) [m]."""
         parts = np.array_split(tested.angle, -(-len(tested.angle) // MANY))
-        return np.concatenate(
-            [columns_of(replace(tested, angle=part), n, self.many, self.lines) @ self.values for part in parts]
-        )
+        columns = (columns_of(replace(tested, angle=part), n, self.many, self.lines) for part in parts)
+        return np.concatenate([part @ self.values for part in columns])
 
     def error_at(self, tested: Revolutions, n: int, angle: float) -> float:
         """Return the standard error of the explained part at an angle [m]."""

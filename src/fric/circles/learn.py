@@ -206,10 +206,7 @@ def learn(
     chances = [run.chance() for run in found]
     best, warnings = chances[-1].median, []
     if not max(glitch for *_, glitch in carried) <= 1.2 * best:
-        others = ", ".join(
-            f"{glitch * 1e6:.2f} µm at {feed * 1e3:.4g} mm/s on {radius * 1e3:.4g} mm"
-            for radius, feed, glitch in carried
-        )
+        others = ", ".join(f"{g * 1e6:.2f} µm at {feed * 1e3:.4g} mm/s on {r * 1e3:.4g} mm" for r, feed, g in carried)
         warnings.append(flaws.LEARNED_FOR_ONE_CIRCLE.found(best=Estimate(best, "m"), others=others))
     warnings += wrong_shape((run.scheme, chance.median) for run, chance in zip(found, chances, strict=True))
     least = min(chances, key=lambda chance: chance.median)

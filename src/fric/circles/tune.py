@@ -495,9 +495,8 @@ def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     tried = plant.T_d + np.linspace(-FARTHEST, FARTHEST, 41)
     best = min(tried[tried >= 0], key=left)
     if left(plant.T_d) > TELLING * left(best) and abs(best - plant.T_d) > LATER * plant.T_d:
-        yield flaws.DELAY_DIFFERS.found(
-            f"axis {axis.name}", plant=Estimate(plant.T_d, "s"), circle=Estimate(float(best), "s")
-        )
+        seen = Estimate(float(best), "s")
+        yield flaws.DELAY_DIFFERS.found(f"axis {axis.name}", plant=Estimate(plant.T_d, "s"), circle=seen)
 
 
 def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:

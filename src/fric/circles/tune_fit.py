@@ -833,10 +833,8 @@ def tuned_estimates(found: FittedBalance, plant: Plant, motion: Motion) -> Tuned
         variance = covariance[names.index("side"), names.index("side")] if "side" in names else 0.0
         wider = quantile * float(np.sqrt(variance)) / 2
         levels = {name: static[name] for name in ("F_c", "F_s")}
-        static, negative = (
-            static | {name: _scaled(level, sign * side / 2, wider) for name, level in levels.items()}
-            for sign in (1, -1)
-        )
+        apart = (side / 2, -side / 2)
+        static, negative = (static | {n: _scaled(level, half, wider) for n, level in levels.items()} for half in apart)
     static["offset"] = Estimate.around(load, si_unit("force", motion), error)
     gms = {name: sections[name] for name in ("alpha", "k", "C")}
     of_plant = {

@@ -39,9 +39,8 @@ def listed(homes: Mapping[str, Any], name: str, text_of: Any) -> dict[str, list[
         parts = {title: known for title, known in PARTS.items() if not title.startswith("fric ")}
     found = {title: [(key, text) for key, text in known.items() if key in homes] for title, known in parts.items()}
     known = {key for rows in found.values() for key, _ in rows}
-    found[list(found)[-1]] += [
-        (key, " ".join(text_of(key).partition("\n\n")[0].split())) for key in homes if key not in known
-    ]
+    more = ((key, " ".join(text_of(key).partition("\n\n")[0].split())) for key in homes if key not in known)
+    found[list(found)[-1]] += more
     return found
 
 

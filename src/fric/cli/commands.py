@@ -180,9 +180,6 @@ COMMANDS: dict[str, Home] = {
     "identify": group("identify", "Identify friction and plant from logs.", IDENTIFY),
     "simulate": group("simulate", "Virtual experiments, and the circular test.", SIMULATE),
 }  # fmt: skip
-COMMANDS |= {
-    name.replace("_", "-"): Command(home, plot=True)
-    for name, home in verbs_in("fric.results").items()
-    if name not in dir(fric)
-}
+_FURTHER = {name: home for name, home in verbs_in("fric.results").items() if name not in dir(fric)}
+COMMANDS |= {name.replace("_", "-"): Command(home, plot=True) for name, home in _FURTHER.items()}
 """A verb in a file that the table above does not name becomes a command without further settings."""

@@ -139,9 +139,8 @@ def _discrete(q: QFilter, A: float, B: float, sampling: float) -> DiscreteObserv
         what = f"a cutoff of {q.cutoff:g} Hz is too low for {q.name} at a sampling rate of {sampling:g} Hz"
         raise FricError(what, hint=f"Choose a cutoff above {lowest:.2g} Hz.")
     unit_gain = (prod(-pole for pole in poles) / prod(-zero for zero in zeros)).real
-    return DiscreteObserver(
-        inverse=_tustin([*zeros, 0.0, -A], poles, unit_gain / B, sampling), low_pass=_held(zeros, poles, sampling)
-    )
+    inverse = _tustin([*zeros, 0.0, -A], poles, unit_gain / B, sampling)
+    return DiscreteObserver(inverse=inverse, low_pass=_held(zeros, poles, sampling))
 
 
 def _tustin(zeros: Sequence[complex], poles: Sequence[complex], gain: float, sampling: float) -> DifferenceEquation:

@@ -142,11 +142,7 @@ class CovarianceBlock(Part):
 
 def in_units(values: Mapping[str, Any], dimensions: Mapping[str, str], motion: Motion) -> dict[str, Estimate]:
     """Return numbers in SI with their units, by name."""
-    return {
-        name: Estimate(values[name], si_unit(dimension, motion))
-        for name, dimension in dimensions.items()
-        if name in values
-    }
+    return {name: Estimate(values[name], si_unit(of, motion)) for name, of in dimensions.items() if name in values}
 
 
 def quantities(given: Mapping[Any, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:
@@ -237,11 +233,8 @@ def arithmetic() -> dict[str, str]:
     from threadpoolctl import threadpool_info
 
     keys = ("internal_api", "version", "architecture")
-    blas = {
-        " ".join(str(item[key]) for key in keys if item.get(key))
-        for item in threadpool_info()
-        if item["user_api"] == "blas"
-    }
+    used = [item for item in threadpool_info() if item["user_api"] == "blas"]
+    blas = {" ".join(str(item[key]) for key in keys if item.get(key)) for item in used}
     config: Any = np.show_config(mode="dicts")
     extensions = config.get("SIMD Extensions", {})
     chosen = extensions.get("found") or extensions.get("baseline") or ["none"]
@@ -589,9 +582,7 @@ def again(kind: Any, given: Any) -> Any:
     if is_dataclass(kind):
         types = get_type_hints(kind)
         made: Any = kind
-        return made(
-            **{field.name: again(types[field.name], given[field.name]) for field in fields(kind) if field.name in given}
-        )
+        return made(**{f.name: again(types[f.name], given[f.name]) for f in fields(kind) if f.name in given})
     if kind is float:
         return inf if given is None else float(given)
     if kind is Notice:

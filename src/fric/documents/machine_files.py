@@ -427,10 +427,8 @@ def read_machine_document(path: Path | str, nominal_files: Iterable[str] = ()) -
         require_known(name, axes, "the machine has no axis", "Its axes are")
         kind, part = _nominal_document(Path(file))
         if not part.belongs(name, axes[name].motion):
-            what = (
-                f"is the {kind} of the {part.motion} axis {part.axis}, "
-                f"and axis {name} of the machine is {axes[name].motion}"
-            )
+            which = f"is the {kind} of the {part.motion} axis {part.axis}"
+            what = f"{which}, and axis {name} of the machine is {axes[name].motion}"
             raise FricError(what, where=file, hint=f"Give the {kind} file of this axis.")
         if isinstance(part, BlockDocument):
             update: dict[str, object] = {"blocks": axes[name].blocks | {part.block: part}}
@@ -678,9 +676,8 @@ def read_identified(
             beyond[name], widened[name] = discrepancies(identified or part.friction, of_plant, undrawn)
         load = float(plant["offset"]) if "offset" in plant else axis.load
         spring = axis.second_mass if part.nominal is None else spring_of(part.nominal, model, part.motion)
-        axes[name] = replace(
-            axis, plant=axis.nominal or axis.plant, friction=model, load=load, reality=NONE, second_mass=spring
-        )
+        seen = axis.nominal or axis.plant
+        axes[name] = replace(axis, plant=seen, friction=model, load=load, reality=NONE, second_mass=spring)
     if not intervals:
         raise FricError(
             NO_INTERVAL, where=str(path),

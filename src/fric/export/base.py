@@ -221,9 +221,8 @@ def _block(block: ControlBlock, setting: Setting) -> BlockPart:
         return block.initial_state(replace(setting, position=position, seen=seen))
 
     rest = at(0.0, 0.0)
-    return BlockPart(
-        block.name, block.kind, type(block).step, block.packed(setting), rest, at(1.0, 0.0) - rest, at(0.0, 1.0) - rest
-    )
+    slopes = at(1.0, 0.0) - rest, at(0.0, 1.0) - rest
+    return BlockPart(block.name, block.kind, type(block).step, block.packed(setting), rest, *slopes)
 
 
 def axis_values(part: ExportedPart) -> dict[str, dict[str, Any]]:

@@ -175,19 +175,16 @@ def sinumerik_files(
     table = []
     for feed in FEEDS:
         places = [n / PLACES for n in range(PLACES)] if feed < SLOW else [0.0]  # where it depends on these
-        left = (
-            f"{Chance(tuple(left_over(program, feed, place) for place in places), 0.0).text()} µm"
-            for program in (idle, pulse, None)
-        )
+        glitches = (tuple(left_over(by, feed, place) for place in places) for by in (idle, pulse, None))
+        left = (f"{Chance(found, 0.0).text()} µm" for found in glitches)
         table.append(f"| {1e3 * feed:g} mm/s | {' | '.join(left)} |")
     pulsed, fed = (Estimate(left_over(program, FEEDS[0]), "m") for program in (pulse, None))
     instead.append(HELD_AS_PULSE.found(feed=Estimate(FEEDS[0], "m/s"), pulsed=pulsed, model=part.model.name, fed=fed))
     accelerations = np.array(FEEDS) ** 2 / RADIUS
     given = pulse.amplitude(accelerations)
     fits = list(zip(accelerations, 6e4 * np.array(alone), 6e4 * given, strict=True))  # in mm/min
-    page = render(
-        "sinumerik.md.j2", part=part, name=name_of(part), glitches=table, fits=fits, flat=float(np.ptp(given)) == 0.0
-    )
+    flat = float(np.ptp(given)) == 0.0
+    page = render("sinumerik.md.j2", part=part, name=name_of(part), glitches=table, fits=fits, flat=flat)
     return {f"{name_of(part)}.mpf": render("sinumerik.mpf.j2", part=part, pulse=pulse), "README.md": page}
 
 

@@ -137,9 +137,8 @@ def q_filter_figure(design: ObserverDesign) -> Figure:
     """
     limit = design.robust
     touches = [(limit.frequency, limit.size)] if limit.q is not None else []
-    return reach_figure(
-        QReach(design.observer.q, limit.q, design.sensitive, touches, design.perturbation, design.cascade.sampling / 2)
-    )
+    highest = design.cascade.sampling / 2
+    return reach_figure(QReach(design.observer.q, limit.q, design.sensitive, touches, design.perturbation, highest))
 
 
 def reach_figure(found: QReach, width: float = 6.3, height: float = 4.0) -> Figure:
@@ -154,16 +153,13 @@ def reach_figure(found: QReach, width: float = 6.3, height: float = 4.0) -> Figu
             axes.semilogx(Delta.frequency, inverse, label="1/|Δ|" + ", measured" * Delta.measured, **style)
             if Delta.radius.any():
                 edge = -20 * np.log10(np.maximum(Delta.size, 1e-12))
-                axes.fill_between(
-                    Delta.frequency, edge, inverse, color=GREY, alpha=0.35, linewidth=0, label="95 % confidence"
-                )
+                axes.fill_between(Delta.frequency, edge, inverse, color=GREY, alpha=0.35, lw=0, label="95 % confidence")
         axes.semilogx(f, 20 * np.log10(np.abs(q.response(f))), color=BLUE, lw=1.8, label=_described("Q", q.cutoff))
         limits = (("eq. (8)", found.robust, VERMILION, "--"), ("peak sensitivity", found.sensitive, ORANGE, "-."))
         for why, limit, color, line in limits:
             if limit is not None and abs(limit.cutoff / q.cutoff - 1) > 1e-6:
-                axes.semilogx(
-                    f, 20 * np.log10(np.abs(limit.response(f))), line, color=color, label=_described(why, limit.cutoff)
-                )
+                level = 20 * np.log10(np.abs(limit.response(f)))
+                axes.semilogx(f, level, line, color=color, label=_described(why, limit.cutoff))
         for frequency, size in found.touches:
             axes.plot(frequency, -20 * np.log10(size), "o", color=VERMILION, markersize=5)
         axes.axvline(q.bandwidth, color=BLUE, linewidth=0.8, linestyle=":")

@@ -233,10 +233,7 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     named = any(says.quantity == "position" for says in data.said)
     if len(moved) == len(movements) and not (named or pairs.edge.any()):
         # what is smooth may be a velocity, if a force goes with it
-        speeds = [
-            replace(movement, roles={"velocity": replace(main, channel="velocity", why=SMOOTH)})
-            for movement, main in moved
-        ]
+        speeds = [replace(m, roles={"velocity": replace(main, channel="velocity", why=SMOOTH)}) for m, main in moved]
         others = _drives(data, t, pairs, speeds, used)
         best, better = (max((s for one in group for s, _ in one.values()), default=0.0) for group in (scores, others))
         movements, scores = (speeds, others) if better > max(2.0 * best, BRAKED) else (movements, scores)

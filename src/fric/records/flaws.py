@@ -123,9 +123,8 @@ def foreign_compensation(log: Log) -> Notice | None:
     ]  # fmt: skip
     if len(kicks) < 2 or 2 * len(kicks) <= len(found):  # a single one is hunting or a disturbance
         return None
-    lead, lag, late, decay = (
-        float(np.median([getattr(kick, n) for kick in kicks])) for n in ("lead", "lag", "late", "decay")
-    )
+    sizes = ("lead", "lag", "late", "decay")
+    lead, lag, late, decay = (float(np.median([getattr(kick, size) for kick in kicks])) for size in sizes)
     when = "too early" if late < 0.0 else "too late" if lag > max(0.2 * lead, least) else "too much"
     return channel.FOREIGN_COMPENSATION.found(
         log.where, count=len(kicks), reversals=len(found), height=Estimate(lead, log.unit("position")),
@@ -420,9 +419,8 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
         for name, values in log.channels().items()
         if name != "time"
     }
-    return replace(log, time=even, **channels), [
-        channel.SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)
-    ]
+    evened = channel.SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)
+    return replace(log, time=even, **channels), [evened]
 
 
 SAMPLES = 256  # Least number of samples in a record

@@ -91,10 +91,8 @@ def _experiments(log: Log) -> list[Log]:
         found.append((kind, np.searchsorted(log.time, [times[0][0], times[-1][1]])))
     if not {*PRESLIDING, "sliding-sine", "frequency-response"} & {kind for kind, _ in found}:
         return [log]
-    return [
-        replace(log.slice(start, stop + 1), name=f"{log.name} {n}", kind=kind)
-        for n, (kind, (start, stop)) in enumerate(found, 1)
-    ]
+    parts = ((kind, log.slice(start, stop + 1)) for kind, (start, stop) in found)
+    return [replace(part, name=f"{log.name} {n}", kind=kind) for n, (kind, part) in enumerate(parts, 1)]
 
 
 def switched(log: Log) -> Notice | None:

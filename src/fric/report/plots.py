@@ -318,9 +318,8 @@ def model_cycles(model: GMS) -> tuple[ReplayedCycle, ...]:
         # so slow that the level is F_s throughout
         force = model.replay(time * 1e6, position, np.gradient(position, time * 1e6))
         last = time >= 1.25
-        hysteresis.append(
-            ReplayedCycle(f"amplitude {share:g} times the pre-sliding", position[last][::3], None, force[last][::3])
-        )
+        name = f"amplitude {share:g} times the pre-sliding"
+        hysteresis.append(ReplayedCycle(name, position[last][::3], None, force[last][::3]))
     return tuple(hysteresis)
 
 
@@ -571,9 +570,7 @@ def reversal_figures(n: int, test: ContourTest) -> list[PageFigure]:
         quarter = k if len(test.axes) > 1 or axis != "y" else 1
         figure = after_reversal_figure(_contours(test), test.radius, test.feed, test.direction, quarter * np.pi / 2)
         label = test.labels[quarter]
-        peaks = ", ".join(
-            f"({contour.scheme.name}) {readable(abs(contour.glitches[quarter]), 'm')}" for contour in test.contours
-        )
+        peaks = ", ".join(f"({run.scheme.name}) {readable(abs(run.glitches[quarter]), 'm')}" for run in test.contours)
         alt = f"Radial error over time around the reversal at {label}; peaks{test.of_file}: {peaks}."
         drawn.append(PageFigure(f"reversal-{n}-{axis}", f"At the reversal of axis {axis}, {label}", "", alt, figure))
     return drawn

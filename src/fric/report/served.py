@@ -245,10 +245,8 @@ def _rendered(found: list[Guess]) -> str:
         for guess in found
     ]  # fmt: skip
     members = {path: [file.name for g in found if g.table.path == path for file in g.files] for path in files}
-    listed = [
-        {"names": sorted(set(members[path]))[:8], "count": len(set(members[path])), "columns": sketched[path]}
-        for path in files
-    ]
+    names = {path: sorted(set(members[path])) for path in files}
+    listed = [{"names": names[path][:8], "count": len(names[path]), "columns": sketched[path]} for path in files]
     data = {"axes": axes, "files": listed, "channels": TAKEN, "kinds": KINDS}
     return environment().get_template("columns.html.j2").render(data=data)
 

@@ -309,9 +309,7 @@ def view(inputs: ReportInput) -> dict[str, Any]:
 
 def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[str, Notice]]:
     """Return the warnings with their source, each once, the gravest first; those that a circle settled are notes."""
-    found: list[tuple[str, Sequence[Notice]]] = [
-        (f"{item.kind} of axis {item.axis}", item.warnings) for item in inputs.items
-    ]
+    found: list[tuple[str, Sequence[Notice]]] = [(f"{it.kind} of axis {it.axis}", it.warnings) for it in inputs.items]
     for test in inputs.tests:
         texts = inputs.warned(test)
         for contour in test.contours:

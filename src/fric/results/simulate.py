@@ -276,9 +276,8 @@ class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
         import pandas as pd
 
         names = [scheme.name for scheme in self.found.grid.schemes]
-        index = pd.MultiIndex.from_tuples(
-            [(cell.circle.radius, cell.circle.feed) for cell in self.found.cells], names=["radius", "feed"]
-        )
+        places = [(cell.circle.radius, cell.circle.feed) for cell in self.found.cells]
+        index = pd.MultiIndex.from_tuples(places, names=["radius", "feed"])
         return pd.DataFrame([cell.glitches for cell in self.found.cells], index=index, columns=names)
 
 
@@ -360,9 +359,8 @@ class PathResult(Result, schema=PathResultDocument):
     def report(self) -> list[Piece]:
         """Return the error under each scheme, and the glitch at each reversal."""
         title = f"{self.machine.name}: {self.name} at {readable(self.runs[0].path.feed, 'm/s')}; contour error in µm"
-        text: list[Piece] = [
-            Table(["scheme", "glitch", "rms", "range", "reduction"], [_row(run, self.runs) for run in self.runs], title)
-        ]
+        sizes = [_row(run, self.runs) for run in self.runs]
+        text: list[Piece] = [Table(["scheme", "glitch", "rms", "range", "reduction"], sizes, title)]
         worst = max(self.runs, key=lambda run: run.contour.glitch)
         names = contour_run.pair(self.machine)
         rows = [

@@ -439,10 +439,8 @@ class PointPath:
         bend = (second - tangent * np.sum(tangent * second, axis=1, keepdims=True)) / rate**2
         position, velocity = spline(at), tangent * speed[:, np.newaxis]
         acceleration = bend * speed[:, np.newaxis] ** 2 + tangent * change[:, np.newaxis]
-        x, y = (
-            Reference(sampling, *(np.ascontiguousarray(part[:, n]) for part in (position, velocity, acceleration)))
-            for n in (0, 1)
-        )
+        motion = (position, velocity, acceleration)
+        x, y = (Reference(sampling, *(np.ascontiguousarray(part[:, n]) for part in motion)) for n in (0, 1))
         return x, y
 
 
@@ -496,9 +494,8 @@ class PathRun(ContourRun[PointPath | RecordedPath, ContourError]):
         cls, test: PointPath | RecordedPath, references: Sequence[Reference], motion: Sequence[Real]
     ) -> tuple[ContourError, tuple[Notice, ...]]:
         """Return the distance from the path where the feed is full."""
-        asked, velocity = (
-            np.column_stack([getattr(reference, part) for reference in references]) for part in ("position", "velocity")
-        )
+        parts = ("position", "velocity")
+        asked, velocity = (np.column_stack([getattr(reference, part) for reference in references]) for part in parts)
         full = np.hypot(*velocity.T) > test.full * test.feed
         error = contour_error(asked[full], velocity[full], np.column_stack(motion)[full], references[0].sampling)
         return error, () if error.reversals else (NO_REVERSAL.found(),)

@@ -117,10 +117,8 @@ def constant_velocity(
     repeats: Times that all speeds are run.
     samples: Samples that the drive's trace holds: a longer run is logged at a whole fraction of the controller's rate.
     """
-    motions = (
-        strokes(speed, max(distance, lasting * abs(speed)), axis.cascade.sampling, ramp=ramp)
-        for speed in repeats * tuple(speeds)
-    )
+    rate = axis.cascade.sampling
+    motions = (strokes(v, max(distance, lasting * abs(v)), rate, ramp=ramp) for v in repeats * tuple(speeds))
     for n, motion in enumerate(motions, 1):
         yield Trial(motion, f"constant-velocity-{n:02d}", "constant-velocity", samples)
 

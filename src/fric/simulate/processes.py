@@ -335,11 +335,10 @@ class MonteCarlo:
         for n, scheme in enumerate(self.study.schemes):
             ran = glitches[np.isfinite(glitches[:, n]), n]
             quantiles = {
-                name: float(np.quantile(ran, share)) if len(ran) else float("nan") for name, share in QUANTILES.items()
+                name: float(np.quantile(ran, share)) if len(ran) else np.nan for name, share in QUANTILES.items()
             }
-            found[scheme.name] = Distribution(
-                quantiles, float(shares[:, n].mean()), len(glitches) - len(ran), int(saturated[n])
-            )
+            best = float(shares[:, n].mean())
+            found[scheme.name] = Distribution(quantiles, best, len(glitches) - len(ran), int(saturated[n]))
         return found
 
     def warnings(self) -> tuple[Notice, ...]:

@@ -70,9 +70,8 @@ class Replay:
         if self.record.slides:
             return None
         reversals = self.record.reversals[self.record.reversals >= int(np.argmax(self.record.used))]
-        return energy_per_cycle(
-            cycle_energies(self.record.motion.position, self.record.force, reversals), self.record.log.motion
-        )
+        energies = cycle_energies(self.record.motion.position, self.record.force, reversals)
+        return energy_per_cycle(energies, self.record.log.motion)
 
     @property
     def rmse(self) -> float:
@@ -145,9 +144,8 @@ class GMSFit:
     @property
     def method(self) -> str:
         """Method of identification, in a line."""
-        start = (
-            "concave piecewise-linear virgin curve" if self.choice or not self.knots_given else "eq. (6) at given knots"
-        )
+        given = self.knots_given and not self.choice
+        start = "eq. (6) at given knots" if given else "concave piecewise-linear virgin curve"
         refined = ", refined by replay of all records" if self.refined else ""
         return f"{start}{refined}; intervals by leaving out cycles, and by the repeatable misfit"
 

@@ -153,10 +153,8 @@ def segment_spectra(
 
     window = signal.windows.hann(segment, sym=False)
     pick = starts[:, None] + np.arange(segment)
-    rows = [
-        signal.detrend(x[pick]) * window
-        for x in (driver[1:], input[1:], np.diff(position) if integrates else position[1:])
-    ]
+    channels = driver[1:], input[1:], np.diff(position) if integrates else position[1:]
+    rows = [signal.detrend(x[pick]) * window for x in channels]
     R, U, dZ = (fft.rfft(x)[:, 3 : segment // 2] / segment for x in rows)  # the window smears 0 Hz over the first two
     frequency = np.arange(3, segment // 2) * sampling / segment
     Z = dZ / -np.expm1(-2j * np.pi * frequency / sampling) if integrates else dZ

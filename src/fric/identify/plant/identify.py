@@ -524,9 +524,8 @@ def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Mot
     if "K_f" not in estimates:
         low, high = B.ci95 or (float(B), float(B))
         interval = (mass * float(low), mass * float(high))  # type: ignore[arg-type]
-        estimates["K_f"] = Estimate(
-            mass * float(B), si_unit("force per input", motion), interval, source="the stated mass times B"
-        )
+        per_input = si_unit("force per input", motion)
+        estimates["K_f"] = Estimate(mass * float(B), per_input, interval, source="the stated mass times B")
         return []
     found = float(estimates["K_f"]) / float(B)
     relative = [estimate.half_width / float(estimate) for estimate in (estimates["K_f"], B)]
@@ -1144,10 +1143,8 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     records = prepared(served, drive=drive, filters=settings)
     shown = [_in_motion(record, s) for record, s in zip(records, settings, strict=True)]
     shown = [record.restricted(place.covers(record.log)) for record in shown] if place else shown
-    settings = [
-        s if record.used[s.border :].all() else replace(s, decimation=1)
-        for record, s in zip(shown, settings, strict=True)
-    ]
+    pairs = zip(shown, settings, strict=True)
+    settings = [s if record.used[s.border :].all() else replace(s, decimation=1) for record, s in pairs]
     sizes = [float(np.linalg.norm(r.motion.acceleration[r.used])) / max(r.used.sum(), 1) ** 0.5 for r in shown]
     idle = [size < ACCELERATES * max(sizes) for size in sizes]
     if any(idle):
@@ -1195,10 +1192,8 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
 
     half = quantile * np.sqrt(np.diag(covariance))
     units = [_unit(name, channel, motion) for name in names]
-    estimates = {
-        name: Estimate.around(float(v), unit, float(h))
-        for name, v, h, unit in zip(names, values, half, units, strict=True)
-    }
+    rows = zip(names, values, half, units, strict=True)
+    estimates = {name: Estimate.around(float(v), unit, float(h)) for name, v, h, unit in rows}
 
     K_f = scale.K_f
     plant = scale.estimates() | _plant(

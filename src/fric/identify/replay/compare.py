@@ -190,12 +190,8 @@ def compare_models(
     amiss += [warning for warning in scores[0].fits[0].warnings if warning.code == RECORDS_VARY.code]
     of_records = {notice.code for notice in amiss}
     of_records |= {flaw.code for flaw in (RECORDS_VARY, ENERGY_DRIFTS, ENERGY_IN_ONE_SEGMENT)}
-    warnings = [
-        warning.at(score.name)
-        for score in scores
-        for warning in score.fits[0].warnings
-        if warning.code not in of_records
-    ]
+    of_scores = ((score.name, warning) for score in scores for warning in score.fits[0].warnings)
+    warnings = [warning.at(name) for name, warning in of_scores if warning.code not in of_records]
     return Comparison(tuple(scores), tuple(records), near, lengths, tuple(plain), winner, leads, (*amiss, *warnings))
 
 

@@ -312,10 +312,8 @@ def slopes(coordinates: Coordinates, x: Real) -> dict[Key, Slopes]:
 
     centre, steps = quantities(x), STEP * (coordinates.upper - coordinates.lower)
     moved = [quantities(x + step * unit) for step, unit in zip(steps, np.eye(len(x)), strict=True)]
-    return {
-        key: Slopes(*scales[key], at, (np.array([found[key] for found in moved]) - at).T / steps)
-        for key, at in centre.items()
-    }
+    by = {key: np.array([found[key] for found in moved]) for key in centre}
+    return {key: Slopes(*scales[key], at, (by[key] - at).T / steps) for key, at in centre.items()}
 
 
 SUSPECTED = 0.6  # Lag [samples] above which the lag is estimated again, with the force moved by it
@@ -645,9 +643,8 @@ def placed(search: Search, x: Real) -> Placement:
     here = np.log(k / alpha)
     row = np.linspace(here.min() - BEYOND, here.max() + BEYOND, ROW)
     every_k = np.exp(np.append(row, here))[None]
-    table = search.projected(
-        [side_by_side(model, np.ones_like(every_k), every_k, law.C, record)[:, 0] for record in search.records]
-    )
+    ones = np.ones_like(every_k)
+    table = search.projected([side_by_side(model, ones, every_k, law.C, record)[:, 0] for record in search.records])
     target = search.residual(x) + table[:, ROW:] @ alpha
     small = np.asarray(np.linalg.qr(np.column_stack([table[:, :ROW], target]), mode="r"))
     noisy = len(small) - 1
@@ -805,9 +802,8 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         rigid = max(float(np.ptp(record.force[record.used])) for record in records) / (YIELDS * step)
         found = [(s, p) for s, ps in model.declared().items() for p in ps if p.dimension == "stiffness"]
         held |= {(s, p.name): rigid for s, p in found if not p.per_block and p.name not in {*free, *(fix or {})}}
-    coordinates = Coordinates.of(
-        model, search_ranges(records), blocks=blocks, held=held, level=with_level, negative=negative
-    )
+    ranges = search_ranges(records)
+    coordinates = Coordinates.of(model, ranges, blocks=blocks, held=held, level=with_level, negative=negative)
     if sum(int(r.used.sum()) for r in records) <= 2 * len(coordinates.free):
         raise few
     search = Search(coordinates, records)

@@ -122,9 +122,7 @@ class Joined(ForeignTable):
             row, seen = row + len(time), seen + len(lead.time)
             lead.forward()
         if not row:
-            spans = "; ".join(
-                f"{stream.listed} from {stream.begun:.9g} s to {stream.last:.9g} s" for stream in streams.values()
-            )
+            spans = "; ".join(f"{s.listed} from {s.begun:.9g} s to {s.last:.9g} s" for s in streams.values())
             raise FricError(
                 f"the channels have no time in common: {spans}", where=str(self.path),
                 hint="Log them by one clock, or ingest them one by one.",

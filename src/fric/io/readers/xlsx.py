@@ -44,9 +44,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
             inside = archive.infolist()
     except BadZipFile:
         raise FricError("is not a complete workbook (cut short?)", hint="Save it again.") from None
-    if sum(member.file_size for member in inside) > MOST_UNPACKED or any(
-        member.file_size > _most(member) for member in inside
-    ):
+    if sum(one.file_size for one in inside) > MOST_UNPACKED or any(one.file_size > _most(one) for one in inside):
         raise FricError("unpacks to more than is read", hint="Export it as CSV.")
     notices: list[Notice] = []
     with warned(path, notices), _without_sizes():
