@@ -480,10 +480,8 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     lines: list[Periodic] = []
     fit = fit_geometry(tested, behind, lines)
     for _ in range(ROUNDS):
-        new = [
-            {name: _covers(pulse) for name, pulse in _pulses_of(circle, fit.model(circle, n)).items()}
-            for n, circle in enumerate(tested)
-        ]
+        tails = (_pulses_of(circle, fit.model(circle, n)) for n, circle in enumerate(tested))
+        new = [{name: _covers(pulse) for name, pulse in each.items()} for each in tails]
         if not lines:
             lines = periodic_errors(*_outside(tested, fit, new), radius)
         settled = new == behind
@@ -491,11 +489,8 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
         fit = fit_geometry(tested, behind, lines)
         if settled:
             break
-    least = SHARE * max(
-        float(np.abs(pulse.rest).max())
-        for n, circle in enumerate(tested)
-        for pulse in _pulses_of(circle, fit.model(circle, n)).values()
-    )
+    pulses = (p for n, circle in enumerate(tested) for p in _pulses_of(circle, fit.model(circle, n)).values())
+    least = SHARE * max(float(np.abs(pulse.rest).max()) for pulse in pulses)
     sizes = [fit.amplitude(n) for n in range(len(lines))]
     seen = [line for line, size in zip(lines, sizes, strict=True) if float(size) > max(3 * size.half_width, least)]
     if len(seen) < len(lines):

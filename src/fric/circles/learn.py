@@ -223,9 +223,9 @@ def _references(test: Circle, axes: Mapping[str, Axis]) -> dict[str, Reference]:
 
 
 def _run(axes: Mapping[str, Axis], scheme: Scheme, test: Circle, feedforward: Fed) -> CircleRun:
+    references = _references(test, axes).items()
     traces = {
-        name: run_axis(axes[name], reference, scheme, against=feedforward[name], accuracy=ACCURACY)
-        for name, reference in _references(test, axes).items()
+        name: run_axis(axes[name], r, scheme, against=feedforward[name], accuracy=ACCURACY) for name, r in references
     }
     x, y = (trace.position for trace in traces.values())
     return CircleRun(scheme, test, traces, circularity(x, y, test.radius))

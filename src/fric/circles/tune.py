@@ -67,10 +67,8 @@ class LeftOver:
         Where the voltage was not recorded, and no compensation was on, it is what the machine's controller gives along
         the recorded motion.
         """
-        records = {
-            name: tuple(tune_fit.voltage_record(_with_voltage(test, machine.axes[name]), name) for test in tests)
-            for name in axes
-        }
+        given = {name: [_with_voltage(test, machine.axes[name]) for test in tests] for name in axes}
+        records = {name: tuple(tune_fit.voltage_record(test, name) for test in part) for name, part in given.items()}
         return cls(records, tuple(tests), seed)
 
     def __call__(self, machine: Machine, index: int | None = None) -> Machine:

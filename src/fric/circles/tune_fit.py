@@ -456,11 +456,8 @@ class FittedBalance:
 
     def noise(self) -> float | None:
         """Return the rms of the part that does not repeat from turn to turn [V]; None if no circle shows it."""
-        known = [
-            repeating
-            for record, part in zip(self.balance.records, self.parts(), strict=True)
-            if (repeating := record.repeating(part)) is not None
-        ]
+        repeats = (record.repeating(part) for record, part in zip(self.balance.records, self.parts(), strict=True))
+        known = [repeating for repeating in repeats if repeating is not None]
         return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 

@@ -50,11 +50,8 @@ IDENTIFY: dict[str, Home] = {
         terminal=[flag("interactive", "Move the knots by hand on a page, served to this computer only.")],
     ),
 }  # fmt: skip
-IDENTIFY |= {
-    name: _replayed(text, bound={"model": name}, doing=f"fitting {name}")
-    for name, text in MODELS.items()
-    if name not in IDENTIFY
-}
+_FITTED = {name: text for name, text in MODELS.items() if name not in IDENTIFY}
+IDENTIFY |= {name: _replayed(text, bound={"model": name}, doing=f"fitting {name}") for name, text in _FITTED.items()}
 IDENTIFY["replay"] = _replayed("Any friction model, to any records.", doing="fitting")
 
 DESIGN: dict[str, Home] = {

@@ -304,10 +304,8 @@ def _too_sensitive(whole: WholeLoop, without: float, asked: float) -> FricError:
             hint="Measure it again with more amplitude or more periods there, or leave these lines out.",
         )
     text = "is unstable" if without == inf else f"has a peak sensitivity of {decibel(without):.1f} dB"
-    return FricError(
-        f"the loop {text} without any observer, where {decibel(asked):.3g} dB is asked",
-        hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
-    )
+    what = f"the loop {text} without any observer, where {decibel(asked):.3g} dB is asked"
+    return FricError(what, hint="Lower the gains of the controller, or ask for a larger peak sensitivity.")
 
 
 def _sensitive_limit(whole: WholeLoop, filter: str, peak_sensitivity: float) -> QFilter | None:

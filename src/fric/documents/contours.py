@@ -176,10 +176,8 @@ class PathReversal(Written):
 def _reversals(run: Any) -> list[dict[str, Any]]:
     names = tuple(run.traces)
     names = names if len(names) > 1 else beside(names[0])
-    return [
-        {"axis": names[found.axis], "x": found.x, "y": found.y, "glitch": glitch.median}
-        for found, glitch in zip(run.contour.reversals, run.glitches, strict=True)
-    ]
+    pairs = zip(run.contour.reversals, run.glitches, strict=True)
+    return [{"axis": names[at.axis], "x": at.x, "y": at.y, "glitch": glitch.median} for at, glitch in pairs]
 
 
 class PathScheme(ContourScheme):

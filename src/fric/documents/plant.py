@@ -194,10 +194,8 @@ class PlantDocument(AxisDocument, PlantPart, type="plant"):
         """
         given = (self.fit.parameters if self.fit else None) or {}
         found = {name: parameter for name, parameter in given.items() if name.startswith(("F_c", "F_v", "offset"))}
-        values = {
-            name: float(parameter.si("viscous" if name.startswith("F_v") else "force", self.motion))
-            for name, parameter in found.items()
-        }
+        kinds = {name: "viscous" if name.startswith("F_v") else "force" for name in found}
+        values = {name: float(parameter.si(kinds[name], self.motion)) for name, parameter in found.items()}
         levels = [value for name, value in values.items() if name.startswith("F_c")]
         if not levels:
             hint = "Give a friction file with `friction=`, or identify the plant from an ordinary motion."

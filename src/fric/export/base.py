@@ -243,10 +243,8 @@ def manifest(
     target: str, part: ExportedPart, files: Files, *, notices: Iterable[Notice], sources: Iterable[Mapping[str, str]]
 ) -> dict[str, Any]:
     """Return the content of manifest.json: SI values with their units, a digest of each file and of each source."""
-    digests = {
-        name: hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
-        for name, content in files.items()
-    }
+    coded = {name: text.encode() if isinstance(text, str) else text for name, text in files.items()}
+    digests = {name: hashlib.sha256(content).hexdigest() for name, content in coded.items()}
     return {
         "fric": "export/1",
         "version": fric.__version__,

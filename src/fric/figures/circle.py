@@ -95,11 +95,8 @@ def draw_circle_map(found: CircleMap) -> Figure:
     known = glitches[np.isfinite(glitches)]
     low, high = (float(known.min()), float(known.max())) if known.size else (1.0, 10.0)
     scale = LogNorm(max(low, 1e-3), max(high, 2 * max(low, 1e-3)))
-    spoiled = {
-        scheme.name: found.less(scheme, other) < 0
-        for name, (scheme, other) in found.pairs().items()
-        if name.startswith("observer")
-    }
+    of_observers = (pair for name, pair in found.pairs().items() if name.startswith("observer"))
+    spoiled = {scheme.name: found.less(scheme, other) < 0 for scheme, other in of_observers}
     with new_figure(2.0 + 3.0 * columns, 0.6 + 2.3 * rows) as figure:
         panels = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
         drawn = None

@@ -141,10 +141,8 @@ def draw_tuned(axis: TunedAxis) -> Figure:
         panels[1, 0].set_ylabel("left [mV]")
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=3)
-        figure.suptitle(
-            f"Axis {axis.axis.name}: {axis.before.rms * 1e3:.2f} mV left before, {axis.after.rms * 1e3:.2f} mV after",
-            fontsize=9,
-        )
+        left = f"{axis.before.rms * 1e3:.2f} mV left before, {axis.after.rms * 1e3:.2f} mV after"
+        figure.suptitle(f"Axis {axis.axis.name}: {left}", fontsize=9)
     return figure
 
 
@@ -186,8 +184,6 @@ def draw_learned(found: Learned) -> Figure:
         right.set_xticks([0, 90, 180, 270, 360])
         right.set(xlabel="angle [°]", ylabel="radial error [µm]")
         right.legend()
-        figure.suptitle(
-            f"Circle of {feed_of(first.circle)}, learned with γ = {found.how.share:g} up to {found.how.bandwidth:g} Hz",
-            fontsize=9,
-        )
+        learned = f"learned with γ = {found.how.share:g} up to {found.how.bandwidth:g} Hz"
+        figure.suptitle(f"Circle of {feed_of(first.circle)}, {learned}", fontsize=9)
     return figure

@@ -54,10 +54,8 @@ def circle_plan(
         if not channels and all(re.fullmatch(r"column \d+", column.name) for column in table.columns):
             return _by_content(table, sampling)
     motion = _motion_of(table, channels, fields)
-    origins = {
-        name: origin_of(table, name if name != "deviation" else "ball-bar.deviation", channel, motion, fields)
-        for name, channel in channels.items()
-    }
+    called = {name: "ball-bar.deviation" if name == "deviation" else name for name in channels}
+    origins = {name: origin_of(table, called[name], channel, motion, fields) for name, channel in channels.items()}
     if sampling is not None:
         origins["time"] = Origin(None, 1.0 / sampling)
     axes = list(dict.fromkeys(name.partition(".")[0] for name in origins if "." in name))

@@ -414,11 +414,8 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
     motion = log.position if log.position is not None else log.require("velocity", "a motion")
     rough = [np.abs(np.diff(CubicSpline(by, motion)(np.arange(intervals + 1)), 3)).mean() for by in (stamps, at)]
     by = at if rough[1] < CLEARLY * rough[0] else stamps
-    channels: dict[str, Any] = {
-        name: CubicSpline(by, values)(np.arange(intervals + 1))
-        for name, values in log.channels().items()
-        if name != "time"
-    }
+    logged = {name: values for name, values in log.channels().items() if name != "time"}
+    channels: dict[str, Any] = {name: CubicSpline(by, x)(np.arange(intervals + 1)) for name, x in logged.items()}
     evened = channel.SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)
     return replace(log, time=even, **channels), [evened]
 

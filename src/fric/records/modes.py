@@ -104,9 +104,9 @@ def switched(log: Log) -> Notice | None:
     spans = [f"{part.mode} from {times[part.start]} to {times[part.stop - 1]} s" for part in parts]
     errors, glitches = _compared(log, parts, names)
     unit = log.unit("position")
+    rows = zip(names, errors, glitches, strict=False)
     compared = [
-        f"{name} {readable(error, unit)} rms and {readable(glitch, unit)} at reversals"
-        for name, error, glitch in zip(names, errors, glitches, strict=False)
+        f"{name} {readable(rms, unit)} rms and {readable(glitch, unit)} at reversals" for name, rms, glitch in rows
     ]
     return MODES_SWITCH.found(
         log.where, logged=parts[0].logged, parts=spans, compared=compared, modes=names,

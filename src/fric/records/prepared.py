@@ -350,10 +350,8 @@ def begins_loaded(record: Prepared, reversals: Indices) -> bool:
 
     def unlike(n: int) -> float:
         """Return the difference of two strokes of the same direction, apart from a constant [N]."""
-        before, after = (
-            profile(np.abs(z[begin:end] - z[begin]), F[begin:end], edges)
-            for begin, end in (reversals[n : n + 2], reversals[n + 2 : n + 4])
-        )
+        pieces = (reversals[n : n + 2], reversals[n + 2 : n + 4])
+        before, after = (profile(np.abs(z[begin:end] - z[begin]), F[begin:end], edges) for begin, end in pieces)
         apart = after - before
         return float(np.sqrt(np.nanmean((apart - np.nanmean(apart)) ** 2)))
 

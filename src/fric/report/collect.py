@@ -224,11 +224,8 @@ class ContourTest:
         """Return the change of the glitch of each scheme that a later test ran, too."""
         earlier = {contour.scheme.name: contour for contour in self.contours}
         both = [(earlier[after.scheme.name], after) for after in later.contours if after.scheme.name in earlier]
-        return [
-            Change(after.named, "m", before.middle, after.middle, before.interval, after.interval)
-            for before, after in both
-            if isfinite(after.middle + before.middle)
-        ]
+        known = [(old, new) for old, new in both if isfinite(new.middle + old.middle)]
+        return [Change(new.named, "m", old.middle, new.middle, old.interval, new.interval) for old, new in known]
 
 
 _alike = partial(isclose, rel_tol=0.02)
@@ -418,10 +415,7 @@ def _test(path: Path) -> ContourTest:
     if isinstance(first, CircleRun):
         circle = first.circle
         return ContourTest(*head, circle.feed, circle.radius, circle.direction, QUADRANTS, contours, prediction, runs)
-    labels = tuple(
-        f"{'xy'[reversal.axis]} at ({reversal.x * 1e3:.3g}, {reversal.y * 1e3:.3g}) mm"
-        for reversal in first.contour.reversals
-    )
+    labels = tuple(f"{'xy'[r.axis]} at ({r.x * 1e3:.3g}, {r.y * 1e3:.3g}) mm" for r in first.contour.reversals)
     return ContourTest(*head, first.path.feed, None, 1, labels, contours, prediction, runs)
 
 
@@ -439,11 +433,8 @@ def _contour(
 
 def as_data(inputs: ReportInput) -> dict[str, Any]:
     """Return the content of a report as plain data, which its page contains and `contour_test` reads again."""
-    return {
-        "fric": FORMAT,
-        "documents": [{"source": item.source, "tree": item.tree} for item in inputs.items],
-        "tests": [_test_data(test) for test in inputs.tests],
-    }
+    documents = [{"source": item.source, "tree": item.tree} for item in inputs.items]
+    return {"fric": FORMAT, "documents": documents, "tests": [_test_data(test) for test in inputs.tests]}
 
 
 def _test_data(test: ContourTest) -> dict[str, Any]:

@@ -546,10 +546,8 @@ def decision_figure(n: int, test: ContourTest, chosen: Contour) -> PageFigure:
     pair[f"with {chosen.named}"] = chosen
     drawn = replace(test, contours=tuple(pair.values()))
     looks = ({"color": VERMILION, "linewidth": 2.0}, {"color": BLUE, "linewidth": 1.4})[-len(pair) :]
-    contours = [
-        replace(contour, look=look | {"linestyle": "-", "label": label})
-        for contour, look, label in zip(_contours(drawn), looks, pair, strict=True)
-    ]
+    styled = zip(_contours(drawn), looks, pair, strict=True)
+    contours = [replace(contour, look=look | {"linestyle": "-", "label": label}) for contour, look, label in styled]
     sizes = ", ".join(f"{label} {readable(contour.middle, 'm', 2)}" for label, contour in pair.items())
     key, alt = f"decision-{n}", f"Contour error around its largest glitch: {sizes}."
     if test.radius is None:

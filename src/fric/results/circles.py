@@ -364,10 +364,7 @@ class LearnResult(Result, schema=circle_findings.LearningDocument, of="found"):
             rows.append([run.scheme.title, *(chance.text(digits=2) for chance in (*run.glitches, run.chance()))])
         title = f"{found.machine.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
         pieces: list[Piece] = [Table(["round", "+x", "+y", "-x", "-y", "glitch"], rows, title)]
-        carried = [
-            [f"{readable(radius, 'm')} at {readable(feed, 'm/s')}", f"{glitch * 1e6:.2f}"]
-            for radius, feed, glitch in found.carried
-        ]
+        carried = [[f"{readable(r, 'm')} at {readable(feed, 'm/s')}", f"{g * 1e6:.2f}"] for r, feed, g in found.carried]
         return [*pieces, "", Table(["carried over to", "glitch µm"], carried)]
 
     def to_frame(self) -> DataFrame:

@@ -32,12 +32,9 @@ class FormatsResult(Result, schema=FormatsDocument):
 @verb
 def formats() -> FormatsResult:
     """Return the formats of logs that `ingest` reads, and which of their libraries are installed."""
-    return FormatsResult(
-        tuple(
-            (form.name, form.endings, form.module.partition(".")[0], readers.installed(form), form.extra)
-            for form in readers.formats()
-        )
-    )
+    of = readers.formats()
+    rows = ((f.name, f.endings, f.module.partition(".")[0], readers.installed(f), f.extra) for f in of)
+    return FormatsResult(tuple(rows))
 
 
 class ExampleResult(Result, schema=ExampleDocument):

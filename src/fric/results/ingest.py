@@ -80,14 +80,9 @@ def ingest_circles(
     from fric.io.ingest_circle import StatedCircle  # which brings what models are compiled by
     from fric.io.ingest_circle import ingest_circles as read_circles
 
-    stated = StatedCircle(
-        quantity(radius, "position"),
-        quantity(feed, "velocity"),
-        None if clockwise is None else direction,
-        quantity(sampling, "frequency"),
-        instrument or "",
-        scheme or "",
-    )
+    way = None if clockwise is None else direction
+    size, speed = quantity(radius, "position"), quantity(feed, "velocity")
+    stated = StatedCircle(size, speed, way, quantity(sampling, "frequency"), instrument or "", scheme or "")
     advance(0, total=sizes(paths))
     given: dict[str, Any] = {"append": append, "bad_cells": bad_cells, "force": force, "progress": advance}
     return CirclesResult(read_circles(paths, Path(output), mapping=mapping_of(mapping), stated=stated, **given))
@@ -104,11 +99,8 @@ class IngestResult(Result, schema=IngestDocument, of="done"):
     def warnings(self) -> Sequence[Notice]:
         """What was skipped, left out or wrong."""
         skipped = [THERE_ALREADY.found(source, record=name) for source, name in self.done.skipped]
-        left_out = [
-            COLUMNS_LEFT_OUT.found(record.source, columns=record.left_out)
-            for record in self.done.records
-            if record.left_out and not self.mapped
-        ]
+        partly = (record for record in self.done.records if record.left_out and not self.mapped)
+        left_out = [COLUMNS_LEFT_OUT.found(record.source, columns=record.left_out) for record in partly]
         return [*self.guesses, *self.done.warnings, *skipped, *left_out]
 
     def brief(self) -> str:

@@ -208,10 +208,8 @@ def circle(
         advance()
     identified = machine if isinstance(machine, IdentifiedMachine) else None
     if identified is None or machines is None:
-        useless(
-            "`machines=` and a machine with its intervals (--from-intervals; in Python fric.read_identified)",
-            measured=measured or None,
-        )
+        what = "`machines=` and a machine with its intervals (--from-intervals; in Python fric.read_identified)"
+        useless(what, measured=measured or None)
     if machines is None:
         useless("`machines=`", spread=spread, workers=workers, scheduler=scheduler)
         return CircleResult(subject, runs, axis, None, identified)

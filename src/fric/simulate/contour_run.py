@@ -213,11 +213,8 @@ def require_voltage(axis: Axis, reference: Reference) -> None:
 
 def run_warnings(scheme: Scheme, traces: Mapping[str, Trace]) -> tuple[Notice, ...]:
     """Return what to know of a run: a voltage that was limited, a loop that no poles judge."""
-    warnings = [
-        SATURATES.found(f"axis {name}", share=trace.saturated / len(trace.time))
-        for name, trace in traces.items()
-        if trace.saturated
-    ]
+    clipped = {name: trace.saturated / len(trace.time) for name, trace in traces.items() if trace.saturated}
+    warnings = [SATURATES.found(f"axis {name}", share=share) for name, share in clipped.items()]
     if names := scheme.not_linear:
         warnings.append(NOT_LINEAR.found(blocks=list(names)))
     return tuple(warnings)

@@ -289,10 +289,8 @@ def _branches(
     for first, reversal, last in hysteresis.chosen():
         halves = [(first, reversal), (reversal, last)]
         signs = [1.0 if z[b] > z[a] else -1.0 for a, b in halves]
-        ends = [
-            _closing(sign * z[a : b + 1], v[a : b + 1], sign * force[a : b + 1], motion.step)
-            for sign, (a, b) in zip(signs, halves, strict=True)
-        ]
+        parts = [(sign, slice(a, b + 1)) for sign, (a, b) in zip(signs, halves, strict=True)]
+        ends = [_closing(sign * z[part], v[part], sign * force[part], motion.step) for sign, part in parts]
         level = 0.5 * (ends[0] + ends[1])
         levels.append(level)
         sums = np.zeros((2, len(edges) - 1))

@@ -1170,10 +1170,8 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     lengths = [len(force) for force in forces]
     covariance = statistics.hac_covariance(X, residual, lengths)
     quantile = float(stdtrit(len(y) - len(values), 0.975))
-    rates_of = [
-        thinned((record.done.timing * np.gradient(record.drive, record.log.time))[record.used], s.decimation)
-        for record, s in zip(shown, settings, strict=True)
-    ]
+    lags = ((record.done.timing * np.gradient(record.drive, record.log.time))[record.used] for record in shown)
+    rates_of = [thinned(lag, s.decimation) for lag, s in zip(lags, settings, strict=True)]
     covariance = covariance + _of_timing(X, np.concatenate(rates_of), residual, lengths)
     ends = np.cumsum(lengths)[:-1]
     between = statistics.between_records(np.split(X, ends), np.split(residual, ends), quantile)

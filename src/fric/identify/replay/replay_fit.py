@@ -340,10 +340,8 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
     deviation = np.sqrt(np.diag(replay_covariance(gradient, best.residual, records, quantile)))[: len(cycled)]
     half = quantile * np.hypot(deviation, [records[n].done.timing for n in cycled])
     unit = si_unit("time", records[0].log.motion)
-    return {
-        records[n].log.name: Estimate.around(float(value), unit, float(width))
-        for n, value, width in zip(cycled, step, half, strict=False)
-    }
+    steps = zip(cycled, step, half, strict=False)
+    return {records[n].log.name: Estimate.around(float(value), unit, float(width)) for n, value, width in steps}
 
 
 def suspected(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
@@ -1071,10 +1069,8 @@ def _opened(
         limit = values.get("W", values.get("alpha", 1.0) * values.get("F_s", values.get("F_c", np.inf)))
         slips = np.atleast_1d(limit / values[name])
         if (slips < seen.resolved).any():
-            found[section, name] = tuple(
-                (low, np.inf if slip < seen.resolved else high)
-                for (low, high), slip in zip(found[section, name], slips, strict=True)
-            )
+            both = zip(found[section, name], slips, strict=True)
+            found[section, name] = tuple((low, np.inf if slip < seen.resolved else high) for (low, high), slip in both)
             slip, least = (Estimate(float(item), si_unit("position", motion)) for item in (slips.min(), seen.resolved))
             notices.append(STIFFNESS_UNRESOLVED.found(name=name, slip=slip, resolved=least))
     return found, notices

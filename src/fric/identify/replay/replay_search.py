@@ -289,10 +289,8 @@ class Search:
     def _weighted(self) -> list[tuple[Real, Real]]:
         """The weights of each record, and an orthonormal basis of its terms (`Preparation.own`)."""
         given = self.weights or tuple(np.ones(int(record.used.sum())) for record in self.records)
-        bases = [
-            np.linalg.qr(record.own[record.used] / np.abs(record.own).max(axis=0) * weight[:, None])[0]
-            for record, weight in zip(self.records, given, strict=True)
-        ]
+        owns = (record.own[record.used] / np.abs(record.own).max(axis=0) for record in self.records)
+        bases = [np.linalg.qr(own * weight[:, None])[0] for own, weight in zip(owns, given, strict=True)]
         return list(zip(given, bases, strict=True))
 
     def projected(self, forces: Sequence[Real]) -> Real:

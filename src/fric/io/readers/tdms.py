@@ -84,10 +84,8 @@ def _table(
 
 def _clock(about: Mapping[str, Any]) -> tuple[float, float, np.datetime64 | None]:
     """Return step and offset of a waveform's clock [s], and when it began; 0 and None where they are missing."""
-    step, offset = (
-        float(value) if isinstance(value, int | float) and abs(value) < LARGEST["time"] else 0.0
-        for value in (about.get("wf_increment"), about.get("wf_start_offset"))
-    )
+    stated = (about.get("wf_increment"), about.get("wf_start_offset"))
+    step, offset = (float(v) if isinstance(v, int | float) and abs(v) < LARGEST["time"] else 0.0 for v in stated)
     begun = about.get("wf_start_time")
     return step, offset, begun if isinstance(begun, np.datetime64) else None
 
