@@ -110,7 +110,9 @@ def test_a_second_run_makes_nothing_and_the_page_is_whole(paper):
     done, folder = paper
     assert done.steps == steps()
     assert done.made in {0, done.steps}  # here, or all of them by another worker
-    assert reproduce_paper(folder).made == 0
+    counted: list[int] = []
+    assert reproduce_paper(folder, advance=lambda steps=1, total=None: counted.append(steps)).made == 0
+    assert sum(counted) == steps()
     page = done.page.read_text()
     shown = re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
     assert not re.search(r"""(?:src|href)=["']https?:""", shown)

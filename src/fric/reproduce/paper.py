@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, wait
 from dataclasses import dataclass, replace
 from functools import partial
 from math import isfinite
@@ -46,6 +46,7 @@ from fric.units import prefixed, readable
 from fric.verb import Kind, verb
 from fric.verdict import facts
 
+POLL = 0.5  # Time between looks at which steps of axes were made [s]
 REPEATS = {"constant-velocity": 3}
 """Number of repetitions of an experiment, each with its noise: sigma is a small part of the force in a stroke."""
 
@@ -385,15 +386,23 @@ def reproduce_paper(
     circles = {feed: (folder / f"circle-{1e3 * feed:g}mm_s.h5", folder / f"fig-{n}.png") for n, feed in FEEDS.items()}
     identified, page = folder / "machine.yaml", folder / "index.html"
     runs: dict[float, list[CircleRun]] = {}
+    ahead = 0  # Steps of axes that were counted while they were made
 
     def whole_page() -> None:
         shown = {feed: (found, circles[feed][1]) for feed, found in runs.items()}
         write_page(page, machine, files, shown, [run_file for run_file, _ in circles.values()])
 
     def steps() -> Iterator[bool]:
+        nonlocal ahead
         with ProcessPoolExecutor(max_workers=len(names), initializer=end_with_parent) as pool:
             learn = partial(learn_axis, seed=seed, published_plant=bool(subject.published))
-            for learning in [pool.submit(learn, machine, name, folder / name) for name in names]:
+            before = sum(len(StepCache(folder / name)) for name in names)
+            learnings = [pool.submit(learn, machine, name, folder / name) for name in names]
+            while wait(learnings, timeout=POLL).not_done:
+                made_there = sum(len(StepCache(folder / name)) for name in names) - before
+                advance(made_there - ahead)
+                ahead = made_there
+            for learning in learnings:
                 yield from learning.result()
         make = partial(_identified_machine, machine, files, identified)
         yield shop.step("machine", make, reads=[machine, *learned], leaves=[identified])
@@ -405,9 +414,9 @@ def reproduce_paper(
         yield shop.step("page", whole_page, reads=reads, leaves=[page])
 
     made = 0
-    for ran in steps():
+    for n, ran in enumerate(steps()):
         made += ran
-        advance()
+        advance(int(n >= ahead))
     return Reproduction(subject, page, runs, reproduction_steps(len(names)), made)
 
 

@@ -31,6 +31,10 @@ class StepCache:
             found = {}
         self._known: dict[str, Any] = found if isinstance(found, dict) else {}
 
+    def __len__(self) -> int:
+        """Return the number of steps that were made, now or before."""
+        return len(self._known)
+
     def step(
         self,
         name: str,
