@@ -3,8 +3,9 @@ import os
 import pickle
 import signal
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from time import sleep
 
 import numpy as np
 import pytest
@@ -88,6 +89,36 @@ def test_processes_that_were_begun_end_with_the_block():
     with outcomes(Study(MACHINE, AC, SMALL), 10_000, workers=2) as ran:
         assert next(ran).index == 0
     assert not multiprocessing.active_children()
+
+
+@dataclass(frozen=True)
+class Slow:
+    """Returns the number 0 at once, and the others after it has written a file."""
+
+    folder: Path
+
+    def __call__(self, index: int) -> int:
+        if index:
+            (self.folder / "begun").touch()
+            sleep(20.0)
+            (self.folder / "done").touch()
+        return index
+
+
+def test_an_error_in_the_block_leaves_what_is_running(tmp_path):
+    """Ctrl-C of a robot whose axes are identified waited for those that were running, for fourteen seconds."""
+
+    def interrupted() -> None:
+        with outcomes(Slow(tmp_path), 2, workers=2) as ran:
+            assert next(ran) == 0
+            while not (tmp_path / "begun").exists():
+                sleep(0.01)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert not multiprocessing.active_children()
+    assert not (tmp_path / "done").exists()
 
 
 def test_more_friction_leaves_more_and_a_false_belief_costs_the_feedforward_alone():

@@ -14,7 +14,7 @@ from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from multiprocessing.connection import wait
+from multiprocessing.connection import Connection, wait
 from multiprocessing.context import BaseContext
 from threading import Thread, current_thread, main_thread
 from types import ModuleType
@@ -48,19 +48,19 @@ def default_workers() -> int:
 _STUDY: Callable[[int], Any]  # The study whose machines a worker process runs
 
 
-def _begin(study: Callable[[int], Any]) -> None:
-    """Make a process a worker: it has the study, leaves Ctrl-C to its parent, and ends with it."""
+def _begin(study: Callable[[int], Any], stop: Connection) -> None:
+    """Make a process a worker: it has the study, leaves Ctrl-C to its parent, and ends with it or ``stop``."""
     global _STUDY
     _STUDY = study
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    end_with_parent()
+    end_with_parent(stop)
 
 
-def end_with_parent() -> None:
-    """Let this process end with the process that started it, however that ends."""
+def end_with_parent(*stops: Connection) -> None:
+    """Let this process end with the process that started it, however that ends, or when one of ``stops`` closes."""
     parent = multiprocessing.parent_process()
     assert parent is not None
-    Thread(target=lambda: (wait([parent.sentinel]), os._exit(1)), daemon=True).start()
+    Thread(target=lambda: (wait([parent.sentinel, *stops]), os._exit(1)), daemon=True).start()
 
 
 def _run(index: int) -> Any:
@@ -141,7 +141,7 @@ def outcomes(
     """Give the outcomes of machines 0, 1, 2, … in their order, as soon as they are ready.
 
     The machines are shared out among processes, see `_apart`. When the block ends early, machines that were not begun
-    are left out.
+    are left out; when an error ends it, or Ctrl-C, those that are running are left, too.
 
     workers: Processes, 1 for this process alone. Where not given, one a core; this process alone for few machines,
         which it runs before others have started.
@@ -154,11 +154,16 @@ def outcomes(
     if (workers := min(workers, machines)) == 1:
         yield map(study, range(machines))
         return
+    context = _started()
+    watched, stop = context.Pipe(duplex=False)
     with _apart(study):
-        pool = ProcessPoolExecutor(workers, _started(), _begin, (study,))
+        pool = ProcessPoolExecutor(workers, context, _begin, (study, watched))
         found = pool.map(_run, range(machines))  # starts all workers
     try:
         yield _unbroken(found)
+    except BaseException:
+        stop.close()  # an axis that is identified takes ten seconds more
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
 
