@@ -203,14 +203,14 @@ class Journal:
     log: list[str] = field(default_factory=list)  # What they printed
     said: list[str] = field(default_factory=list)  # The outcome of each, in a line
     failed: dict[str, str] = field(default_factory=dict)  # Why each failed, by its name
-    steps: int = 0  # Steps that were called for
+    steps: int = 0  # Steps that were to be done
     made: int = 0  # Steps that had to be run
 
 
 class Session(Journal):
     """One run: its folder, its script, and the output and outcome of each step.
 
-    folder: Where all files go; what each step was made from stands beside its files.
+    folder: Where all files go. Beside the files of each step it is recorded what they were made from.
     run: Makes one step; raises a `FricError` where it fails.
     say: Receives the outcome of each step in a line.
     done: Called after each step, and with the steps that fall away and the ``total`` of all.
@@ -286,7 +286,7 @@ class Session(Journal):
         self.done()
 
     def take_over(self, beside: Journal) -> None:
-        """Take what another process did for done here."""
+        """Add what another process did, and report it."""
         self.script += beside.script
         self.log += beside.log
         self.failed |= beside.failed
@@ -358,7 +358,7 @@ def identify_axes(
 
 @dataclass(frozen=True)
 class _Axes:
-    """Identifies the axes of a session, in its process or, by number, beside it."""
+    """Identifies the axes of a session: in its process by name, or in others by number."""
 
     folder: Path  # Of the session
     logs: Mapping[str, Sequence[Source]]  # Logs of each axis

@@ -214,7 +214,7 @@ def _of_poles(found: Sequence[Guess]) -> Question | None:
 
     return Question(
         f"'{speed.name}' counts electrical turns. How many pole pairs has the motor of "
-        f"{_named([guess for guess, _ in asked])}? Give any number.",
+        f"{_named([guess for guess, _ in asked])}? Type any number.",
         [(f"{pairs} pole pair{'s' * (pairs > 1)}", pairs) for pairs in (1, 2, 3, 4)],
         apply,
         [picture(_column(first, first.table.columns.index(speed)))],
@@ -261,7 +261,7 @@ def _of_units(found: Sequence[Guess]) -> Question | None:
     return Question(
         f"In which units is the motion of {_named(asked)}?"
         + " Or how many counts has a turn?" * counts
-        + " Or what is one of its V, as 0.5 mm?" * volts,
+        + " Or what does one volt mean, as 0.5 mm?" * volts,
         [(_meaning(first, reading), reading) for reading in likely],
         apply,
         [picture(position)],

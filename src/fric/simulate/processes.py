@@ -141,7 +141,7 @@ def outcomes(
     """Give the outcomes of machines 0, 1, 2, … in their order, as soon as they are ready.
 
     The machines are shared out among processes, see `_apart`. When the block ends early, machines that were not begun
-    are left out; when an error ends it, or Ctrl-C, those that are running are left, too.
+    are left out; an error in the block, or Ctrl-C, also ends those that are running.
 
     workers: Processes, 1 for this process alone. Where not given, one a core; this process alone for few machines,
         which it runs before others have started.
@@ -162,7 +162,7 @@ def outcomes(
     try:
         yield _unbroken(found)
     except BaseException:
-        stop.close()  # an axis that is identified takes ten seconds more
+        stop.close()  # which ends the workers at once
         raise
     finally:
         pool.shutdown(cancel_futures=True)
