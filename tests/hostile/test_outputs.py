@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 from fric import output
+from fric.cli.command import Command
+from fric.cli.commands import COMMANDS
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs, write_logs
 from fric.log import Log
@@ -54,6 +56,24 @@ def test_links_are_followed_and_stay_links(tmp_path):
     with pytest.raises(FricError, match="leads nowhere"), staged(loop):
         pass
     assert loop.is_symlink()
+
+
+@pytest.mark.parametrize(
+    ("verb", "holds"), [("plan", "plan.yaml"), ("tune", "machine.yaml"), ("export", "manifest.json")]
+)
+def test_a_folder_with_an_earlier_result_is_refused_before_the_work(verb: str, holds: str, tmp_path: Path) -> None:
+    """`plan` said after a minute that its file exists."""
+    command = COMMANDS[verb]
+    assert isinstance(command, Command)
+    (tmp_path / holds).touch()
+    with pytest.raises(FricError, match=f"{holds}: the output exists"):
+        command.end(lambda advance: pytest.fail("it began"), {"output": tmp_path, "json": False})
+    with pytest.raises(FricError, match="it began"):
+        command.end(lambda advance: _began(), {"output": tmp_path, "json": False, "force": True})
+
+
+def _began() -> None:
+    raise FricError("it began")
 
 
 def test_of_two_runs_on_one_name_the_second_fails(tmp_path):

@@ -379,3 +379,11 @@ def test_what_a_tuple_holds_may_be_of_several_types() -> None:
     for rows in ((found.rows[0][:4],), (("Text", ".txt", "", "", ""),)):
         with pytest.raises(fric.FricError, match="FormatsResult takes rows"):
             type(found)(rows)
+
+
+def test_a_load_beyond_all_forces_is_refused() -> None:
+    """A load of -2e8 N made a map with a covariance of 1e17."""
+    with pytest.raises(
+        fric.FricError, match=r"a load of -2e\+08 N is far beyond the strokes' forces \(at most 97.6 N\)"
+    ):
+        fric.identify_static(DATA / "constant-velocity.h5", load="-2e8 N")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, reduce
 from importlib import import_module
 from inspect import Parameter, Signature
+from os import path
 from pathlib import Path
 from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin
@@ -17,6 +18,7 @@ from typer.core import TyperCommand, TyperGroup
 from fric.cli import completion
 from fric.cli.console import finish
 from fric.errors import FLAGS, FricError, as_options, near
+from fric.output import refuse_existing
 from fric.verb import UNIONS, Argument, VerbForm, dimensions_of, kinds_of
 
 _HELP = tomllib.loads(Path(__file__).with_name("help.toml").read_text("utf-8"))
@@ -226,6 +228,7 @@ class Output:
     help: str
     required: bool = True
     writes: str = "YAML"  # Its format, as `fric.output.FORMATS` calls it; empty for a folder
+    holds: str = ""  # A file that a folder always holds: refused before the work where it exists
 
     def parameter(self) -> Parameter:
         """Return it as a parameter of a command's function."""
@@ -348,6 +351,8 @@ class Command:
             settings |= {"output": output, "writes": self.output.writes}
         else:
             settings["into"] = output
+            if self.output and output is not None and path.exists(held := output / self.output.holds):
+                refuse_existing(held, force=given.get("force", False) or not self.output.holds)
         settings |= {"plot": given.get("plot"), "json": given["json"], "force": given.get("force", False)}
         return finish(make, **settings | beside)
 

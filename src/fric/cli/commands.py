@@ -136,8 +136,9 @@ COMMANDS: dict[str, Home] = {
     ),
     "plan": Command(
         "fric.results.plan:plan",
-        Output("DIR", "Folder for the plan and its programs.", required=False, writes=""), plot=True, plausible=False,
-        doing="expected intervals", places=["last"], optional=["last", "stroke", "feed"], without=["draws"],
+        Output("DIR", "Folder for the plan and its programs.", required=False, writes="", holds="plan.yaml"),
+        plot=True, plausible=False, doing="expected intervals", places=["last"],
+        optional=["last", "stroke", "feed"], without=["draws"],
         further={"fric.results.plan:plan_next": ("last", "scheme")}, run="fric.cli.special:plan",
     ),
     "compare": Command(
@@ -148,8 +149,8 @@ COMMANDS: dict[str, Home] = {
         "fric.results.circles:diagnose", plot=True, doing="predicting", flags={"known": "--schemes"},
     ),
     "tune": Command(
-        "fric.results.circles:tune", Output("DIR", "Folder for what is written.", writes=""), doing="tuning",
-        run="fric.cli.special:tune",
+        "fric.results.circles:tune", Output("DIR", "Folder for what is written.", writes="", holds="machine.yaml"),
+        doing="tuning", run="fric.cli.special:tune",
     ),
     "learn": Command(
         "fric.results.circles:learn",
@@ -158,7 +159,7 @@ COMMANDS: dict[str, Home] = {
     ),
     "validate": Command("fric.results.compare:validate", plot=True, doing="replaying"),
     "export": Command(
-        "fric.results.export:export_axis", Output("DIR", "Folder for the files.", writes=""),
+        "fric.results.export:export_axis", Output("DIR", "Folder for the files.", writes="", holds="manifest.json"),
         run="fric.cli.special:export", without=["trial"], doing="circles",
         flags={
             "single": "--float", "nominal_files": "--friction --with", "known": "--schemes", "circles": "--circle",

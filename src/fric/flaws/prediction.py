@@ -56,4 +56,4 @@ PLAN_PLANT_UNSURE = Flaw("plan-plant-unsure", "doubt", "The expected A and B ass
 PLAN_FRICTION_ALONE = Flaw("plan-friction-alone", "note",
     "Errors of the plant are not included: the glitch of scheme {scheme} is narrowed by friction alone.")
 PLAN_ACCURACY = Flaw("plan-accuracy", "doubt",
-    "{name}: {times} times the records reach {lack:.2g} times the half-width asked for; {end}.")
+    "{name}: {records} {reach}; {end}.")

@@ -491,7 +491,8 @@ def _information(logs: Sequence[Log], axis: Axis, model: GMS, known: _Known, bet
 
 DRAWS, SLOW_DRAWS = 7, 3
 """Runs of a plan that are identified: the range of seven includes the next in 75 % of cases, that of three in 50 %. Few
-are those of an axis with a second mass or flaws: each takes five times as long."""
+are those of an axis with a second mass or flaws, which take five times as long, and of records that last long."""
+LASTING = 100.0  # Time of an axis' records from which on few runs are identified [s]
 PLACES = 64.0  # Encoder counts over which the start of a record is spread: the hunting of a slow axis depends on it
 NOTABLE = 1.2  # Widening by unmodelled friction above which it is reported
 MOST_TIMES = 16  # Largest factor of the usual number of strokes, cycles or periods
@@ -635,6 +636,30 @@ def _sureness(document: PlantDocument) -> dict[str, float]:
     }
 
 
+Drawn = tuple[list[PlantDocument | FrictionDocument], dict[tuple[bool, int], Notice]]
+"""What a run of planned records gives, and why its identification ended, by how far it came."""
+
+
+def _drawn(
+    axis: Axis, trials: Sequence[experiment.Trial], seed: int, blocks: int | None, advance: Callable[..., object],
+    *, without_plant: bool,
+) -> Drawn:  # fmt: skip
+    logs = []
+    for trial, run in experiment.runs_of(axis, anywhere(axis, trials, seed), experiment.ACCURACY):
+        logs.append(trial.log(axis, run, seed))
+        advance()
+    results: list[PlantDocument | FrictionDocument] = []
+    reasons = {}
+    moving = [record for record in logs if record.kind != "frequency-response"]
+    for some in (moving,) if without_plant else (logs, moving):  # the rest goes without a plant
+        try:
+            results.extend(identified(some, blocks) if some is logs or not results else ())
+        except FricError as error:
+            reasons[some is logs, len(results)] = PLAN_NOT_ENOUGH.found(why=error.what)
+    advance()
+    return results, reasons
+
+
 def expected(
     axis: Axis,
     planned: Sequence[Planned],
@@ -642,11 +667,13 @@ def expected(
     draws: int = DRAWS,
     known: FrictionDocument | None = None,
     plant: PlantDocument | None = None,
+    earlier: dict[int, Drawn] | None = None,
 ) -> Expectation:
     """Return the intervals that planned records of an axis will give.
 
     axis: The axis as known beforehand, with the noise and the encoder of its logs.
     draws: Number of runs and identifications.
+    earlier: What earlier runs of these records gave, by seed; filled with those of this call.
     known, plant: Files of the axis, which hold the residuals of its friction models and the scatter of its response.
     """
     trials = [trial for record in planned for trial in record.trials(axis)]
@@ -655,19 +682,13 @@ def expected(
     reasons: dict[tuple[bool, int], Notice] = {}  # Why an identification ended, by how far it came
     documents: list[FrictionDocument] = []
     plants: list[PlantDocument] = []
+    earlier = {} if earlier is None else earlier
     for seed in range(1, draws + 1):
-        logs = []
-        for trial, run in experiment.runs_of(axis, anywhere(axis, trials, seed), experiment.ACCURACY):
-            logs.append(trial.log(axis, run, seed))
-            advance()
-        results: list[PlantDocument | FrictionDocument] = []
-        moving = [record for record in logs if record.kind != "frequency-response"]
-        unseen = bool(found) and (True, 0) in reasons  # no plant in an earlier run: none is reported
-        for some in (moving,) if unseen else (logs, moving):  # the rest goes without a plant
-            try:
-                results.extend(identified(some, blocks) if some is logs or not results else ())
-            except FricError as error:
-                reasons.setdefault((some is logs, len(results)), PLAN_NOT_ENOUGH.found(why=error.what))
+        if seed not in earlier:
+            without = bool(found) and (True, 0) in reasons  # no plant in an earlier run: none is reported
+            earlier[seed] = _drawn(axis, trials, seed, blocks, advance, without_plant=without)
+        results, why = earlier[seed]
+        reasons = why | reasons
         last = results[-1] if results else None
         if isinstance(last, FrictionDocument) and last.section("gms") and blocks is None:
             blocks = len(last.estimates("gms")["k"].value)  # type: ignore[arg-type]
@@ -675,7 +696,6 @@ def expected(
             documents.append(last)
         plants += [result for result in results if isinstance(result, PlantDocument)]
         found.append(half_widths(results))
-        advance()
     parameters = {}
     for name in (name for name in found[0] if all(name in mapping for mapping in found)):
         values, half, units = zip(*(mapping[name] for mapping in found), strict=True)
@@ -712,24 +732,32 @@ def planned_for(
     """
     times: dict[str, int] = {}
     before, seen = times, dict[str, float]()  # Factors and lacks of the round before
+    drawn = dict[tuple[tuple[str, int], ...], dict[int, Drawn]]()
     tried, ended = list[Mapping[str, int]](), set[str]()  # All factors; kinds of which more narrow nothing
-    draws = draws or (DRAWS if axis.second_mass is None and axis.reality == NONE and not wanted else SLOW_DRAWS)
+    slow = axis.second_mass is not None or axis.reality != NONE or bool(wanted)
+    if draws is None:
+        of_axis = () if slow else (r for r in choose(axis, limits, micro_steps=micro_steps) if r.kind != "circle")
+        draws = SLOW_DRAWS if slow or sum(durations(axis, tuple(of_axis))) > LASTING else DRAWS
     runs = 1 if wanted else draws  # to see roughly how many records are needed
     while True:
         planned = choose(axis, limits, times, micro_steps=micro_steps)
-        found = expected(axis, planned, advance, runs, known, plant)
+        earlier = drawn.setdefault(tuple(sorted(times.items())), {})
+        found = expected(axis, planned, advance, runs, known, plant, earlier)
         lacking = dict(lacks(wanted, found))
-        more = more_records(wanted, found, times) | {kind: times[kind] for kind in ended}
+        more = more_records(wanted, found, times) | {kind: times.get(kind, 1) for kind in ended}
         for kind in times.keys() - ended:
             lacks_of = [(lack, seen[name]) for name, lack in lacking.items() if KIND_OF[name] == kind]
-            if times[kind] > before.get(kind, 1) and all(last <= lack < inf for lack, last in lacks_of):
+            if times[kind] > before.get(kind, 1) and all(last <= lack for lack, last in lacks_of):
                 ended.add(kind)
                 more[kind] = before.get(kind, 1)
+        more = {kind: factor for kind, factor in more.items() if factor > 1}
         if more == times and runs == draws:
             missed = [
                 PLAN_ACCURACY.found(
-                    name=name, lack=lack, times=times.get(kind := KIND_OF[name], 1),
-                    end="more do not narrow it" if kind in ended else f"{MOST_TIMES} are tried",
+                    name=name, lack=lack,
+                    records=f"{n} times the records" if (n := times.get(KIND_OF[name], 1)) > 1 else "the records",
+                    reach=f"reach {lack:.2g} times the half-width asked for" if lack < inf else "give no interval",
+                    end="more do not narrow it" if KIND_OF[name] in ended else f"{MOST_TIMES} times are tried",
                 ) for name, lack in lacking.items() if lack > 1.0
             ]  # fmt: skip
             return planned, replace(found, notices=(*missed, *found.notices))

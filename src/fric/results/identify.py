@@ -428,6 +428,12 @@ def identify_static(
         damping_error=0.0 if given is None else given.damping_error(records[0].motion),
     )  # fmt: skip
     found = fit_static(records, asked)
+    greatest = max(abs(point.force) for point in found.points)
+    both = len({point.velocity > 0 for point in found.points}) == 2  # the load is then half way between their forces
+    if asked.load is not None and abs(asked.load) > (2 if both else 100) * greatest:
+        unit = si_unit("force", found.motion)
+        what = f"a load of {asked.load:g} {unit} is far beyond the strokes' forces (at most {greatest:.3g} {unit})"
+        raise FricError(what, where=records[0].source, hint="Give `load=` in its unit, as `load='60 N'`.")
     if known is not None:
         fastest = max(found.points, key=lambda point: abs(point.velocity))
         taken_off = known.damping * fastest.velocity
