@@ -31,6 +31,7 @@ from fric.units import si_unit
 
 CLEARLY = 0.8  # Ratio of errors below which a free shape factor is used: with stick-slip it is correlated with F_s
 LIKELY = 0.2  # Chance by noise below which a free shape factor that fits better is in the intervals of one supposed
+UNSEEN = (0.5, 1.0, 2.0, 4.0)  # v_s over the lowest speed, of falls that the strokes may not show
 EVEN = 0.5  # Chance that a shape factor is what is supposed, where strokes are predicted no better with another
 LEAST_RISE = 1e-6  # Least rise of F_s with age, as a share of F_s
 DIFFERENT = 1e-3  # Probability of such a gain by chance below which a richer form is used
@@ -363,6 +364,8 @@ def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
     estimates = _with_common_errors(_with_weights(estimates, fitted), fitted, strokes.together)
     if strokes.asked.delta == "auto" and {"v_s"} == {"v_s", "delta"} & {*fitted.problem.free}:
         estimates, covariance = _with_supposed_shape(estimates, covariance, fitted)
+    if strokes.asked.form == "auto" and not fitted.problem.fall:
+        estimates, covariance = _with_unseen_fall(estimates, covariance, fitted)
     if strokes.asked.damping:
         fitted, estimates = _less_damping(fitted, estimates, strokes.asked)
     return MapFit(
@@ -444,6 +447,23 @@ def _with_supposed_shape(
     estimates = _wider(estimates, halves, hypot) | {"delta": delta}
     matrix[np.ix_(seen, seen)] += np.array(covariance.matrix)
     return estimates, Covariance.of(freed.free, matrix, "linear")
+
+
+def _with_unseen_fall(
+    estimates: dict[str, Estimate], covariance: Covariance, fitted: FittedMap
+) -> tuple[dict[str, Estimate], Covariance]:
+    """Return intervals and covariance that include the end of a fall below the slowest strokes.
+
+    Their forces hold a rest of it, which a map without a fall takes for F_c and less sigma. The second moment of the
+    moves is that to falls of v_s around the lowest speed (`UNSEEN`, equally likely), each with the F_s that fits best.
+    """
+    falling, slowest = replace(fitted.problem, fall=True), float(np.abs(fitted.problem.v).min())
+    names, known = covariance.names, fitted.solution.theta
+    falls = [falling.solve({"v_s": share * slowest, "delta": known["delta"]}).theta for share in UNSEEN]
+    moves = np.array([[theta[name] - known[name] for name in names] for theta in falls])
+    matrix = moves.T @ moves / len(moves)
+    halves = dict(zip(names, NORMAL_97_5 * np.sqrt(np.diag(matrix)), strict=True))
+    return _wider(estimates, halves, hypot), Covariance.of(names, matrix + np.array(covariance.matrix), "linear")
 
 
 def _with_weights(estimates: dict[str, Estimate], fitted: FittedMap) -> dict[str, Estimate]:

@@ -212,7 +212,8 @@ def profile_interval(
         "sigma": ((0.0, force / float(np.abs(problem.v).max())), (0.0, np.inf)),
         "offset": ((-force, force), (-np.inf, np.inf)),
     }
-    searched, physical = walls[name]
+    (low, high), physical = walls[name]
+    searched = min(low, best_value), max(high, best_value)  # F_s beyond the slowest stroke may be far above all forces
     known = {best_value: (-np.sqrt(target), best)}
 
     def rise(value: float) -> float:
