@@ -14,6 +14,7 @@ STAYS = {"leaves": False}  # Metadata of a dataclass's field that documents leav
 NORMAL_97_5 = 1.959963984540054  # The 97.5 % quantile of the standard normal distribution
 TWOFOLD = log(2.0) / NORMAL_97_5  # Standard deviation of the logarithm of a shape factor that a fit supposes
 GAIN = 1e15  # Magnitude in SI that no parameter of a drive reaches: beyond it loops overflow, and limits say nothing
+LEAST = 1e-30  # Magnitude in SI below which no quantity of a machine is, but 0: sums of squares of it underflow
 OPEN = 14.0  # Half-width of an interval of a logarithm that is no limit: a factor of a million to either side
 Value = float | tuple[float, ...]
 Interval = tuple[float, float]

@@ -432,7 +432,8 @@ def _slopes(
         for side in (1.0, -1.0):
             true, by = _moved(model, name, side * step, linear=name in known.linear)
             subject = replace(axis, friction=true, nominal_friction=nominal, encoder=Encoder())
-            run = run_circle(replace(machine, axes={**machine.axes, axis.name: subject}), scheme, test, only=axis.name)
+            changed = replace(machine, axes={**machine.axes, axis.name: subject})
+            run = run_circle(changed, scheme, test, only=axis.name, accuracy=experiment.ACCURACY)
             sides.append(np.array(run.circularity.quadrants)[[place, place + 2]])
             moved.append(by)
             advance()

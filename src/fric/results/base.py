@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, dataclass_transform
 
 from fric.errors import FricError, clean, names, printable, require_known
-from fric.estimate import GAIN, Estimate, elements, estimate_rows
+from fric.estimate import GAIN, LEAST, Estimate, elements, estimate_rows
 from fric.flaws import flaw_of
 from fric.flaws.unit import BOUNDS
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
@@ -454,7 +454,8 @@ def in_si(given: str | float, dimension: str, motion: Motion = "linear") -> floa
     if isinstance(given, bool) or not isinstance(given, int | float | str):
         raise refused(dimension, 'a number in SI, or a text such as "1 mm"', given)
     value = parse(given, dimension, motion) if isinstance(given, str) else float(given)
-    if not abs(value) <= (largest(dimension, motion) if dimension in OF_CHANNELS else GAIN):
+    most = largest(dimension, motion) if dimension in OF_CHANNELS else GAIN
+    if not abs(value) <= most or 0.0 < abs(value) < LEAST:
         raise FricError(f"'{given}' is no {dimension} that a machine has", hint="Look at the number and its unit.")
     return value
 
