@@ -445,6 +445,15 @@ def _with_supposed_shape(
     halves = dict(zip(freed.free, NORMAL_97_5 * np.sqrt(np.diag(matrix)), strict=True))
     delta = Estimate(given, "1", (given * exp(-far), given * exp(far)), assumed=True)
     estimates = _wider(estimates, halves, hypot) | {"delta": delta}
+    for c in (-NORMAL_97_5, NORMAL_97_5):  # the ends of what is supposed, where the strokes do not exclude them
+        shaped = replace(problem, delta=given * exp(c * TWOFOLD))
+        side = shaped.solve(start=solution)
+        if side.cost - min(solution.cost, side.cost) < float(stdtrit(problem.degrees_of_freedom, 0.975)) ** 2 * scale:
+            for name in ("F_s", "v_s"):  # which lie beyond the slowest stroke: no slope at the fit says how far
+                known, guess = estimates[name].limits, estimates[name].half_width / NORMAL_97_5
+                limits = profile_interval(shaped, side, name, scale, guess)
+                ends = min(limits[0], known[0]), max(limits[1], known[1])
+                estimates[name] = replace(estimates[name], ci95=ends)
     matrix[np.ix_(seen, seen)] += np.array(covariance.matrix)
     return estimates, Covariance.of(freed.free, matrix, "linear")
 
