@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -319,20 +320,35 @@ def test_intervals_hold_where_a_tenth_of_the_strokes_is_off() -> None:
         assert sum(_holds(fit, name) for fit in fits) >= fewest(60, 0.92), name
 
 
-def test_intervals_hold_where_no_stroke_is_slow_enough_to_show_the_fall() -> None:
-    """They held F_c in 6 and sigma in 13 of 29 such sessions: a rest of the fall was taken for F_c and less sigma."""
-    held = []
+def _sessions(
+    slowest: tuple[float, float], deltas: tuple[float, ...], most: float
+) -> Iterator[tuple[StaticMap, StaticFit]]:
+    """Yield machines and their maps; the slowest stroke is at these powers of ten of v_s."""
     for seed in range(60):
         rng = np.random.default_rng(seed)
         v_s, scatter = 10 ** rng.uniform(-3.3, -2.0), 10 ** rng.uniform(-3.0, -2.0)
-        friction = StaticMap(1.0, rng.uniform(1.1, 1.4), v_s, delta=0.5, sigma=rng.uniform(1.0, 10.0))
-        v = both_directions(np.geomspace(min(v_s * 10 ** rng.uniform(0.5, 1.2), 0.05), 0.1, 8))
+        F_s, sigma, delta = rng.uniform(1.1, most), rng.uniform(1.0, 10.0), float(rng.choice(deltas))
+        friction = StaticMap(1.0, F_s, v_s, delta=delta, sigma=sigma)
+        v = both_directions(np.geomspace(min(v_s * 10 ** rng.uniform(*slowest), 0.05), 0.1, 8))
         F = friction.steady_state(v) + scatter * rng.standard_normal(len(v))
-        fit = identify_static([ForceVelocity(v, F, error=np.full(len(v), 1e-4))], Asked())
-        if any(notice.code == "fall-not-seen" for notice in fit.warnings):
-            truth = {name: getattr(friction, name) for name in ("F_c", "sigma")}
-            limits = {name: _limits(fit, name) for name in truth}
-            held.append([limits[name][0] <= truth[name] <= limits[name][1] for name in truth])
+        yield friction, identify_static([ForceVelocity(v, F, error=np.full(len(v), 1e-4))], Asked())
+
+
+@pytest.mark.parametrize(("seen", "slowest", "deltas", "most", "names"), [
+    (False, (0.5, 1.2), (0.5,), 1.4, ("F_c", "sigma")),
+    (True, (-0.3, 0.5), (0.5, 1.0, 2.0), 1.8, ("F_s", "v_s")),
+])  # fmt: skip
+def test_intervals_hold_what_lies_below_the_slowest_stroke(seen, slowest, deltas, most, names) -> None:
+    """A rest of an unseen fall is taken for F_c and less sigma: they were held in 6 and 13 of 29 such sessions; F_s and
+    v_s depend on the shape of the fall below the strokes: they were held in 29 and 28 of 38.
+    """  # fmt: skip
+    held = []
+    for friction, fit in _sessions(slowest, deltas, most):
+        if seen != any(notice.code == "fall-not-seen" for notice in fit.warnings):
+            limits = [_limits(fit, name) for name in names]
+            held.append(
+                [low <= getattr(friction, name) <= high for name, (low, high) in zip(names, limits, strict=True)]
+            )
     assert len(held) >= 20
     assert np.all(np.sum(held, axis=0) >= fewest(len(held)))
 
