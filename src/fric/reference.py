@@ -13,7 +13,7 @@ from fric.kernels.elementary import cos_sin
 from fric.kernels.spline import Ends, spline_slopes
 
 SAMPLE_BYTES, TRACE_BYTES = 180, 56  # Memory of a sample of an axis while it is simulated, and of its trace [byte]
-MOST_BYTES = 1.6e9  # Largest memory of what is simulated together [byte]: 18 minutes of two axes at 4 kHz
+MOST_BYTES = 1.25e9  # Largest memory of what is simulated together [byte]: 14 minutes of two axes at 4 kHz
 MOST_LEAD = 1.0  # Largest lead [s]: four times the longest delay of a loop
 
 
