@@ -75,6 +75,10 @@ def test_a_fleet_is_a_folder_of_machines_and_dates_alone(logs: Path, tmp_path: P
     assert find_fleet([tmp_path]) == []
     with pytest.raises(fric.FricError, match="takes no machine"):
         fric.auto(logs, output=tmp_path / "out", machine="xy-table")
+    with pytest.raises(fric.FricError, match="takes no machine, circle, controller or tolerance"):
+        fric.auto(logs, output=tmp_path / "out", controllers=["K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"])
+    with pytest.raises(fric.FricError, match="no fleet use no cluster"):
+        fric.auto(logs / "machine-000", output=tmp_path / "out", scheduler="tcp://127.0.0.1:8786")
 
 
 def test_holm_by_hand() -> None:

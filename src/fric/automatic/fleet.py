@@ -27,11 +27,12 @@ from fric.errors import FricError, clean
 from fric.estimate import Estimate
 from fric.flaws.files import CIRCLE_FAILED, NO_LOG, UNIT_FAILED
 from fric.notice import Notice
-from fric.output import folder_made, staged, together
+from fric.output import staged, together
 from fric.report.collect import Change, Item
 from fric.report.view import environment
 from fric.results.base import Piece, Result, Table
 from fric.results.circles import diagnose
+from fric.results.kinds import EncoderName
 from fric.simulate.processes import run_all
 from fric.units import readable
 
@@ -100,19 +101,22 @@ class FleetStudy:
     output: Path  # Folder for all that is made: a folder of each machine and date, with its steps
     mapping: str | None = None  # What the columns of foreign logs mean
     run: Callable[[Step], Result | None] = Step.make  # Makes one step
+    assume: bool = False  # Whether the likeliest meaning of columns is taken where they leave it open
+    encoder: EncoderName = "motor"  # Whose position is identified
 
     def __call__(self, index: int) -> UnitOutcome:
         """Identify plant, static map and GMS of each axis; a failure is reported, and the others continue."""
         unit = self.units[index]
         try:
-            found = find_sources([unit.folder], self.mapping, self.output / unit.machine / unit.date / "mappings")
+            mappings = self.output / unit.machine / unit.date / "mappings"
+            found = find_sources([unit.folder], self.mapping, mappings, assume=self.assume)
         except FricError as error:
             return UnitOutcome(unit, {}, (UNIT_FAILED.found(why=str(error)),))
         if not (found.logs or found.circles):
             return UnitOutcome(unit, {}, (NO_LOG.found(), *found.description))
         session = Session(self.output / unit.machine / unit.date, self.run, lambda _: None)
         axes: dict[str, UnitAxis] = {}
-        for name, outcome in identify_axes(session, found).items():
+        for name, outcome in identify_axes(session, found, encoder=self.encoder).items():
             frictions = (session.folder / name / file for file in ("friction.yaml", "static.yaml"))
             friction = next((read_document(file, FrictionDocument) for file in frictions if file.exists()), None)
             plant = read_document(outcome.files["plant"], PlantDocument) if outcome.files["plant"].exists() else None
@@ -317,24 +321,16 @@ def _shown(found: Estimate | None) -> str:
 
 
 def fleet(
-    units: Sequence[Unit],
-    folder: Path,
-    *,
-    mapping: str | None,
-    run: Callable[[Step], Result | None],
-    workers: int | None,
-    scheduler: str | None,
-    advance: Callable[..., object],
+    study: FleetStudy, folder: Path, workers: int | None, scheduler: str | None, advance: Callable[..., object]
 ) -> FleetResult:
     """Identify every machine at every date, by processes here or by a Dask cluster, and write the fleet's page.
 
-    folder: For all results; workers of a cluster must see it, and the logs, under the same names.
+    folder: For all results, as it was given; workers of a cluster must see the study's folders under the same names.
     workers: Processes; one a core where not given.
     scheduler: Address of a Dask cluster.
     """
-    study = FleetStudy(tuple(units), folder_made(folder).resolve(), mapping, run)
-    advance(0, total=len(units))
-    found = run_all(study, len(units), workers=workers, scheduler=scheduler, advance=advance)
+    advance(0, total=len(study.units))
+    found = run_all(study, len(study.units), workers=workers, scheduler=scheduler, advance=advance)
     made = FleetResult(folder, found, drifts(found))
     made.write()
     return made

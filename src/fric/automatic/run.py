@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 from pydantic import ValidationError
 
-from fric.automatic.fleet import FleetResult, find_fleet, fleet
+from fric.automatic.fleet import FleetResult, FleetStudy, find_fleet, fleet
 from fric.automatic.sources import LEAVES_OUT, Source, Sources, find_sources
 from fric.automatic.steps import (
     SPARED,
@@ -42,6 +42,7 @@ from fric.io.propose import NO_FORCE, NO_POSITION, NO_SCALE, first_of, proposal
 from fric.io.questions import MOST_QUESTIONS, Ask, Question, Review
 from fric.io.readers import tables
 from fric.notice import Notice, once
+from fric.output import folder_made
 from fric.process import tried as say_step
 from fric.report.summary import Report, make_report
 from fric.results.base import Piece, Result, Table, bounded, named
@@ -353,16 +354,13 @@ def auto(
     folder = Path(output)
     mapping_of(mapping)  # refused before logs are read, where its place is known
     if units := find_fleet(list(map(Path, logs))):
-        if machine or circles or tolerance is not None:
-            raise FricError(
-                "a fleet is identified, and takes no machine, circle or tolerance",
-                hint="Leave them out, or give one unit's folder.",
-            )
-        return fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
-    _refuse_among(folder, list(map(Path, logs)))
+        if machine or circles or controllers or tolerance is not None:
+            what = "a fleet is identified, and takes no machine, circle, controller or tolerance"
+            raise FricError(what, hint="Leave them out, or give one unit's folder.")
+        study = FleetStudy(tuple(units), folder_made(folder).resolve(), mapping, run, assume, encoder)
+        return fleet(study, folder, workers, scheduler, advance)
+    _refuse_among(folder, list(map(Path, logs)), scheduler)
     allowed = None if tolerance is None else bounded("tolerance", tolerance)
-    if folder.is_file():
-        raise FricError("is a file, and a folder is written", where=str(folder), hint="Name another folder.")
     given = located(Path(machine), "machine") if machine else None
     if given is not None:
         machine_of(given)  # refused before logs are read
@@ -470,8 +468,12 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     return FricError(f"no log here can be used: {why}", where=first_of(files), hint=hint)
 
 
-def _refuse_among(folder: Path, logs: Sequence[Path]) -> None:
-    """Refuse an output folder among the logs: the next run would take its files for logs."""
+def _refuse_among(folder: Path, logs: Sequence[Path], scheduler: str | None) -> None:
+    """Refuse an output folder among the logs: the next run would take its files for logs; and a cluster for them."""
+    if scheduler is not None:
+        raise FricError("logs that are no fleet use no cluster", hint="Leave `scheduler=` out.")
+    if folder.is_file():
+        raise FricError("is a file, and a folder is written", where=str(folder), hint="Name another folder.")
     out = Path(realpath(folder))
     for path in logs:
         place = Path(realpath(path)) if path.is_dir() else Path(realpath(path)).parent  # links may lead to themselves
