@@ -1,6 +1,7 @@
 """The description of a public verb: Python checks its annotations, and a command is made from them."""
 
 import ast
+import os
 import re
 import sys
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
@@ -168,6 +169,8 @@ def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.k
         raise _unbound(function, called, args, kwargs) from None
     for name, given in bound.arguments.items():
         hint = _hints(function)[name]
+        if not all(map(_encodable, given if isinstance(given, list | tuple) else [given])):
+            raise FricError(f"`{name}=` of {called} holds a character that no file's name has", hint="Type it anew.")
         if not _fits(given, hint):
             if isinstance(given, str) and (choices := _choices(hint)):
                 what = f"{called} takes {name} as {_words(hint)}, and was given '{given}'"
@@ -179,6 +182,14 @@ def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.k
         if not all(kind.holds(given) for kind in kinds_of(hint)):
             raise FricError(f"{called} takes {name} as {_words(hint)}, and was given {given}")
     return bound
+
+
+def _encodable(given: Any) -> bool:
+    """Return whether a text or path can be given to the system: not with a lone surrogate, or a null."""
+    try:
+        return not isinstance(given, str | Path) or b"\0" not in os.fsencode(given)
+    except UnicodeEncodeError:
+        return False
 
 
 MEANT = {flag.removeprefix("--").replace("-", "_"): name for name, flag in FLAGS.items()} | {"feed": "velocity"}

@@ -176,3 +176,22 @@ def test_a_name_of_a_file_goes_everywhere_as_plain_text(tmp_path, monkeypatch, n
     held = [Path("a.yaml").read_text(), Path("a.html").read_text(), *told]
     assert all(one.isprintable() or one == "\n" for text in held for one in text)
     assert "<script>" not in held[1]
+
+
+@pytest.mark.parametrize("name", ["\ud800", "a\0b", "\ud800/x.yaml"])
+@pytest.mark.parametrize("call", [
+    lambda name: fric.write_machine(fric.read_machine("xy-table"), name),
+    lambda name: fric.identify_static(DATA / "constant-velocity.h5").save(name),
+    lambda name: fric.read(name),
+    lambda name: fric.read_machine(name),
+    lambda name: fric.circle(Path(name), "a"),
+    lambda name: fric.auto(DATA / "constant-velocity.h5", output=name),
+    lambda name: fric.auto(name, output="found"),
+    lambda name: fric.diagnose(name),
+], ids=["write_machine", "save", "read", "read_machine", "circle", "output of auto", "logs of auto", "diagnose"])  # fmt: skip
+def test_a_name_that_no_file_has_is_refused_by_every_verb(tmp_path, monkeypatch, call, name):
+    """A lone surrogate and a null ended in tracebacks of most of them."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FricError, match="holds a character that no file's name has"):
+        call(name)
+    assert not list(tmp_path.iterdir())
