@@ -167,7 +167,7 @@ def test_records_at_rest_end_in_a_sentence() -> None:
             identify_motion(logs)
 
 
-@pytest.mark.parametrize("rho", [0.0, 0.9])
+@pytest.mark.parametrize("rho", [pytest.param(0.0, marks=pytest.mark.long(14)), 0.9])
 def test_intervals_cover_with_correlated_noise(rho: float) -> None:
     """100 seeds; ordinary intervals of correlated noise cover far less, which the second figure shows.
 

@@ -171,6 +171,7 @@ def test_friction_around_rest_is_a_spring_that_makes_no_light_axis() -> None:
     assert np.median(off) < 0.5 * np.median(plain_off)
 
 
+@pytest.mark.long(19)
 def test_a_sweep_around_rest_leaves_more_of_B_open_than_a_multisine() -> None:
     """Each frequency has a friction of its amplitude: B was up to 20 % off, in its interval for 14 of 32 axes.
 
