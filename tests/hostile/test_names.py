@@ -188,7 +188,7 @@ def test_a_name_of_a_file_goes_everywhere_as_plain_text(tmp_path, monkeypatch, n
     lambda name: fric.auto(DATA / "constant-velocity.h5", output=name),
     lambda name: fric.auto(name, output="found"),
     lambda name: fric.diagnose(name),
-], ids="write_machine save read read_machine circle output logs diagnose".split())  # fmt: skip
+], ids=["write_machine", "save", "read", "read_machine", "circle", "output", "logs", "diagnose"])  # fmt: skip
 def test_a_name_that_no_file_has_is_refused_by_every_verb(tmp_path, monkeypatch, call, name):
     """A lone surrogate and a null ended in tracebacks of most of them."""
     monkeypatch.chdir(tmp_path)
