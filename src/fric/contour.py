@@ -117,8 +117,7 @@ def circularity(x: Real, y: Real, radius: float) -> Circularity:
     # The first sample of the last revolution: the latest from which the motion turns by 2π up to its end. A
     # revolution that ends on the very sample it began on may miss 2π by the tracking error.
     covered = np.abs(angle[-1] - angle)
-    whole = np.flatnonzero(covered >= 2 * pi - 1e-3)
-    if not len(whole):
+    if not len(whole := np.flatnonzero(covered >= 2 * pi - 1e-3)):
         what = f"the motion covers {np.degrees(covered.max()):.0f}° of the circle, and a revolution is needed"
         raise FricError(what, hint="Give more revolutions, or a lower feed.")
     last = slice(int(whole[-1]), None)
@@ -126,8 +125,7 @@ def circularity(x: Real, y: Real, radius: float) -> Circularity:
     deviation = rho - np.median(rho)
 
     def peak(centre: float) -> float:
-        near = deviation[np.abs((angle - centre + pi) % (2 * pi) - pi) <= WINDOW]
-        if not len(near):
+        if not len(near := deviation[np.abs((angle - centre + pi) % (2 * pi) - pi) <= WINDOW]):
             hint = "Lower the feed, widen the circle, or sample more often."
             raise FricError(f"a revolution has {len(rho)} samples, and none near one of its reversals", hint=hint)
         return float(near[np.argmax(np.abs(near))])

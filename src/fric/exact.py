@@ -92,8 +92,7 @@ def inverse(a: Matrix) -> Matrix:
 
 def matrix_exponential(a: Matrix) -> Matrix:
     """Return e^a by its series around zero, squared from there."""
-    norm = max(sum(map(abs, column)) for column in transposed(a))
-    squarings = max(0, frexp(norm)[1] + 1)
+    squarings = max(0, frexp(max(sum(map(abs, column)) for column in transposed(a)))[1] + 1)
     scale = 2.0**-squarings
     found = term = identity(len(a))
     for n in range(1, 17):  # 2^-16/16! is below the last digit

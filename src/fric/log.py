@@ -32,8 +32,7 @@ class Columns(Protocol):
 def _require_least(record: Any, bounds: Mapping[str, float]) -> None:
     """Raise a `FricError` where a value of a table is below the least that its column allows."""
     for name, least in bounds.items():
-        values = getattr(record, name)
-        if values is not None and values.min() < least:
+        if (values := getattr(record, name)) is not None and values.min() < least:
             row, bound = int((values < least).argmax()), f"{least:g} at least" if round(least) == least else "above 0"
             raise FricError(f"{name} is {values[row]:g} in row {row + 1}, and is {bound}", where=record.where,
                             hint="Look at the columns: is this the right table? Leave such rows out.")  # fmt: skip
@@ -290,7 +289,6 @@ Record = Log | FrequencyResponse | ForceVelocity
 
 def refuse_several_axes(records: Iterable[Record]) -> None:
     """Raise a `FricError` where records are of different axes."""
-    axes = {(record.axis, record.motion) for record in records}
-    if len(axes) > 1:
+    if len(axes := {(record.axis, record.motion) for record in records}) > 1:
         text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
         raise FricError(f"the logs are of different axes: {text}", hint="Identify one axis at a time.")

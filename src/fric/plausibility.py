@@ -193,8 +193,7 @@ def settled(findings: Iterable[Finding], hint: str = "") -> list[Notice]:
     hint: What to do about an error; by default to look at the units of the file.
     """
     known = list(findings)
-    found = [finding for finding in known if finding.beyond()]
-    if found and not _lifted.get():
+    if (found := [finding for finding in known if finding.beyond()]) and not _lifted.get():
         first = found[0]
         mend = f"{hint}; where it is so, say {LIFT}." if hint else IMPLAUSIBLE[first.name].mend
         raise FricError(str(first.notice()).rstrip("."), where=first.where, hint=mend)

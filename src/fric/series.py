@@ -55,13 +55,11 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
     """
     found: dict[str, Real] = {}
     for name, dimension in dimensions.items():
-        given = getattr(holder, name)
-        if given is None and getattr(type(holder), name, holder) is None:
+        if (given := getattr(holder, name)) is None and getattr(type(holder), name, holder) is None:
             continue
         if given is None:
             raise FricError(f"there is no {name}", where=where, hint="Log it, or map its column.")
-        values = doubles(given)
-        if values is None or values.ndim != 1:
+        if (values := doubles(given)) is None or values.ndim != 1:
             raise refused(type(holder).__name__, f"{name} as an array of numbers, shape (n,)", given)
         require_plausible(name, values, dimension, where, motion=motion)
         found[name] = values

@@ -189,8 +189,7 @@ def score_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | 
     whitened = scores.copy()
     for lag, a in enumerate(filters.T, start=1):
         whitened[:, lag:] -= a[:, None] * scores[:, :-lag]
-    k = filters.shape[1]
-    whitened = np.concatenate([whitened[:, a + k : b] for a, b in pairwise(edges)], axis=1).T
+    whitened = np.concatenate([whitened[:, a + filters.shape[1] : b] for a, b in pairwise(edges)], axis=1).T
     total = filters.sum(axis=1)
     sums = total + (1.0 + 3.0 * np.maximum(total, 0.0)) / n * filters.any(axis=1)
     left = 1.0 - np.minimum(sums, 1.0 - LASTING / n)
@@ -245,8 +244,7 @@ def smoother_than_noise(residual: Real, quantile: float) -> bool:
 
     quantile: Quantile of the standard normal distribution, below which they are: -2.33 for a level of 1 %.
     """
-    n = len(residual)
-    if n < 8:
+    if (n := len(residual)) < 8:
         return False
     ratio = float(np.sum(np.diff(residual) ** 2) / max(float(np.sum((residual - residual.mean()) ** 2)), 1e-300))
     return bool((ratio - 2.0) / np.sqrt(4.0 * (n - 2) / (n**2 - 1)) < quantile)

@@ -102,8 +102,7 @@ def si_unit(dimension: str, motion: Motion = "linear") -> str:
     """Return the SI unit of a dimension on a linear or rotary axis, as it is written in files."""
     drive = drive_unit(motion)
     if is_effort(motion) and dimension in OF_INPUT:
-        unit = SI_UNITS[dimension][rotates(motion)]
-        return "1" if dimension == "force per input" else unit.replace("V", drive)
+        return "1" if dimension == "force per input" else SI_UNITS[dimension][rotates(motion)].replace("V", drive)
     if drive and dimension in OF_FORCE:
         return drive + OF_FORCE[dimension].format(m="rad" if rotates(motion) else "m")
     return SI_UNITS[dimension][rotates(motion)]

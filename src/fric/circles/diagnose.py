@@ -60,8 +60,7 @@ def periodic_errors(angle: Real, rest: Real, geometry: Real, radius: float, most
     found: list[Periodic] = []
     spacing = 2 * pi * radius / max(len(np.unique(np.round(angle % (2 * pi), 6))), 1)
     highest = min(PERIODS[1] / (2 * radius), 1 / (6 * spacing))
-    frequencies = np.arange(PERIODS[0] / (2 * radius), highest, 1 / (12 * radius))
-    if len(frequencies) < 16:
+    if len(frequencies := np.arange(PERIODS[0] / (2 * radius), highest, 1 / (12 * radius))) < 16:
         return found
     known = geometry
     for _ in range(2 * most):
@@ -296,8 +295,7 @@ def minimum_zone(angle: Real, deviation: Real) -> float:
     angle, deviation: The path, as angle [rad] and radial deviation [m] from any circle around it, shape (n,).
     """
     centred, mean = around_its_centre(angle, deviation)
-    scale = float(np.ptp(centred))
-    if scale == 0.0:
+    if (scale := float(np.ptp(centred))) == 0.0:
         return 0.0
     centred -= mean  # which may be beyond all digits of the programme
     d, cos, sin, unity = centred / scale, np.cos(angle), np.sin(angle), np.ones_like(angle)
@@ -392,15 +390,13 @@ def identifiability_warnings(
     elif not both:
         warnings.append(circle.MISMATCH_OR_SQUARENESS.found(ellipse=ellipse, ball_bar=test.is_ball_bar))
     limits = {name: geometry[f"backlash.{name}"].limits for name in test.names}
-    moved = [name for name, (low, high) in limits.items() if not low <= 0.0 <= high]
-    if moved:
+    if moved := [name for name, (low, high) in limits.items() if not low <= 0.0 <= high]:
         warnings.append(circle.LOST_MOTION_CAUSE.found(axes=" and ".join(moved), reference=bool(circles[0].errors)))
     if test.is_ball_bar:
         warnings.append(circle.BALL_BAR_LENGTH.found())
     if min(circle.count for circle in circles) < 2:
         warnings.append(circle.ONE_REVOLUTION.found())
-    wide = sorted({name for of in behind for name, angle in of.items() if angle >= LARGEST - 1e-6})
-    if wide:
+    if wide := sorted({name for of in behind for name, angle in of.items() if angle >= LARGEST - 1e-6}):
         warnings.append(circle.GLITCH_DOES_NOT_END.found(quadrants=wide, degrees=degrees(LARGEST)))
     return tuple(warnings)
 
@@ -571,12 +567,10 @@ def _covers(pulse: GlitchPulse) -> float:
     width = np.radians(1.0)
     phi, mean = pulse.smoothed(width)
     error = pulse.noise() / np.sqrt(max(len(pulse.phi) * width / (pi / 2), 1.0))
-    behind = np.flatnonzero(phi > -BEFORE)
-    if not len(behind):
+    if not len(behind := np.flatnonzero(phi > -BEFORE)):
         return float(FIRST)
     top = behind[np.argmax(np.abs(mean[behind]))]
-    level = max(4.0 * error, 0.05 * abs(mean[top]))
-    low = np.flatnonzero(np.abs(mean[top:]) < level)
+    low = np.flatnonzero(np.abs(mean[top:]) < max(4.0 * error, 0.05 * abs(mean[top])))
     end = phi[top + low[0]] if len(low) else LARGEST
     return float(np.clip(np.round(end + BEFORE, 3), np.radians(5.0), LARGEST))
 

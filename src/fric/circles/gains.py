@@ -317,8 +317,7 @@ def controller_of_logs(logs: Iterable[Log]) -> FoundController:
     if not whole:
         raise FricError("no record has reference, position and voltage", hint=RECORD)
     whole.sort(key=lambda log: log.time[-1] / len(log))
-    found = [fit for log in whole[:MOST_LOGS] if (fit := _of_log(log)) is not None]
-    if not found:
+    if not (found := [fit for log in whole[:MOST_LOGS] if (fit := _of_log(log)) is not None]):
         raise FricError("no record in closed loop shows the gains", hint=RECORD)
 
     def width(fit: FoundController) -> float:
@@ -390,8 +389,7 @@ def _controller(
         estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
     elif values["velocity_filter"] > 0.999 * rate:  # no filter is seen
         estimates["velocity_filter"] = Estimate(rate, "Hz", assumed=True)
-    cascade = Cascade(**values, sampling=rate or USUAL.sampling)
-    return FoundController(cascade, estimates, explained, where)
+    return FoundController(Cascade(**values, sampling=rate or USUAL.sampling), estimates, explained, where)
 
 
 class _Fit:

@@ -240,8 +240,7 @@ def _named(scheme: Scheme, n: int, modelled: bool) -> Scheme:
 
 def _nominal_friction(axis: Axis, reference: Reference) -> Real:
     """Return the friction feedforward of a controller before learning [V], (n,)."""
-    model = axis.nominal_friction.models.get("gms")
-    if model is None:
+    if (model := axis.nominal_friction.models.get("gms")) is None:
         return np.zeros(len(reference))
     plant = axis.nominal or axis.plant
     return friction_feedforward(model, reference.ahead(axis.lead()), plant.K_f, axis.nominal_friction.gain)

@@ -42,8 +42,7 @@ def smoothed(t: Real, r: Real, error: Real, acceleration: Real | None = None) ->
 
     spectrum = low * spectrum_of(error)
     if acceleration is not None:
-        square = (2 * pi * np.maximum(f, f[1])) ** 2
-        spectrum -= (1 - low) / square * spectrum_of(acceleration)
+        spectrum -= (1 - low) / (2 * pi * np.maximum(f, f[1])) ** 2 * spectrum_of(acceleration)
     z = r - np.fft.irfft(spectrum, length)[:n]
     return np.ascontiguousarray(z), np.gradient(z, t)
 
@@ -58,14 +57,12 @@ def low_pass(corner: float, sampling: float) -> Real:
 def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
     """Return channels at even instants: unchanged, or interpolated where samples are missing or jitter."""
     period = float(np.median(np.diff(time)))
-    samples = round((time[-1] - time[0]) / period) + 1
-    if samples > MOST_MISSING * len(time):
+    if (samples := round((time[-1] - time[0]) / period) + 1) > MOST_MISSING * len(time):
         hint = "Record it again, without gaps in its time."
         raise FricError(f"{len(time)} samples cover the time of {samples:.3g}", hint=hint)
     t = time[0] + period * np.arange(samples)
     if len(t) == len(time) and np.abs(t - time).max() < 0.02 * period:
-        mean = float(time[-1] - time[0]) / (len(time) - 1)
-        return time[0] + mean * np.arange(len(time)), list(channels)
+        return time[0] + float(time[-1] - time[0]) / (len(time) - 1) * np.arange(len(time)), list(channels)
     return t, [np.interp(t, time, channel) for channel in channels]
 
 
@@ -152,8 +149,7 @@ class MeasuredCircle(FromFile):
                 hint="Record both axes, or the angle and the deviation of a ball bar.",
             )  # fmt: skip
         for name in self.names if self.axes else ():
-            travel = float(np.ptp(self.axes[name].position))
-            if travel < STILL * self.radius:
+            if (travel := float(np.ptp(self.axes[name].position))) < STILL * self.radius:
                 raise FricError(
                     f"axis {name} moves by {travel * 1e6:.3g} µm on a circle of {self.radius * 1e3:.3g} mm",
                     where=self.where, hint="Is it the column of the measured position, in the right unit?",
@@ -201,8 +197,7 @@ class MeasuredCircle(FromFile):
         Raises FricError: When reference or voltage is missing, most samples are missing, or the rate is too low.
         """
         t, (r, z, u) = even(*self.require(name, what))
-        rate = 1.0 / float(t[1] - t[0])
-        if rate < SLOWEST:
+        if (rate := 1.0 / float(t[1] - t[0])) < SLOWEST:
             raise FricError(
                 f"the circle was recorded at {rate:.3g} Hz", where=f"{self.where}, axis {name}",
                 hint=f"{what.capitalize()} needs {SLOWEST:g} Hz at least: a reversal takes milliseconds.",

@@ -55,8 +55,7 @@ def find_circles(time: Real, x: Real, y: Real) -> list[FoundCircle]:
     time, x, y: Sample instants [s], reference or measured position [m], each of shape (n,).
     """
     parts = (slice(*ends) for ends in _moving(time, x, y))
-    circles = (_circle_in(part, time[part], x[part], y[part]) for part in parts)
-    return [circle for circle in circles if circle]
+    return [circle for circle in (_circle_in(part, time[part], x[part], y[part]) for part in parts) if circle]
 
 
 def _moving(time: Real, x: Real, y: Real) -> list[tuple[int, int]]:
@@ -106,8 +105,7 @@ def steady(time: Real, angle: Real) -> slice:
     rate = (angle[span:] - angle[:-span]) / (time[span:] - time[:-span])
     middle = float(np.median(rate[len(rate) // 4 : max(3 * len(rate) // 4, len(rate) // 4 + 1)]))
     good = np.abs(rate - middle) <= STEADY * abs(middle)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
-    if not len(edges):
+    if not len(edges := np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))):
         return slice(0, len(time))
     runs = edges.reshape(-1, 2)
     first, last = runs[np.argmax(runs[:, 1] - runs[:, 0])]
@@ -182,8 +180,7 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
     angle, deviation = angle[inside], deviation[inside]
     turned = np.abs(angle[-1] - angle)
     spare = max(1e-3, 1.5 * float(np.median(np.abs(np.diff(angle)))))  # of a last sample on the first
-    whole = int((turned[0] + spare) // (2 * pi))
-    if whole < 1:
+    if (whole := int((turned[0] + spare) // (2 * pi))) < 1:
         raise FricError(
             f"covers {np.degrees(turned[0]):.0f}° of the circle at steady feed, and a whole revolution is needed",
             where=test.where, hint="Record one revolution more than the run-in and the run-out take.",
@@ -330,8 +327,7 @@ def _parabola(pulse: GlitchPulse, about: float, width: float, sigma: float, sign
                 if rss <= sigma**2 * ((b - a - 3) + 2.0 * sqrt(2.0 * (b - a - 3))):
                     best = (a, b)
     if best is None:
-        half = LEAST // 2
-        a = min(max(centre - half, 0), max(len(pulse.phi) - LEAST, 0))
+        a = min(max(centre - LEAST // 2, 0), max(len(pulse.phi) - LEAST, 0))
         vertex, value, unit, rss = _peak_of(pulse, a, min(a + LEAST, len(pulse.phi)), sign)
         return vertex, value, unit * max(sigma, sqrt(rss / (LEAST - 3)))
     # the widest window that fits passes a bias of up to (8/n)^¼ of a sample's noise, which falls with its width cubed
@@ -358,8 +354,7 @@ def _peak_of(pulse: GlitchPulse, a: int, b: int, sign: float) -> tuple[float, fl
     p, X, (middle, half), rss = _fitted(pulse, a, b)
     vertex = -p[1] / (2 * p[2]) if sign * p[2] < 0 else (-1.0 if sign * p[1] < 0 else 1.0)
     at = np.array([1.0, vertex := float(np.clip(vertex, -1.0, 1.0)), vertex**2])
-    error = sqrt(float(at @ parameter_covariance(X) @ at))
-    return middle + half * vertex, float(at @ p), error, rss
+    return middle + half * vertex, float(at @ p), sqrt(float(at @ parameter_covariance(X) @ at)), rss
 
 
 def kick_of(pulse: GlitchPulse, rate: float, resolution: float) -> str:

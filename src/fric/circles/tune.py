@@ -449,8 +449,7 @@ def _of_circles(
 
 def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
     """Yield the warnings where even the machine completed by a circle does not reproduce its glitches."""
-    scheme = PAPER_SCHEMES.get(test.scheme or "a")
-    if scheme is None:
+    if (scheme := PAPER_SCHEMES.get(test.scheme or "a")) is None:
         return
     try:
         run = run_circle(machine, scheme, Circle(test.radius, test.feed, 2, test.direction))
@@ -757,8 +756,7 @@ def tune(
     else:
         once_more = cache(lambda n: circle_again(tests[n], n, before, found))
         count = max(axis.encoder.resolution for axis in before.values())
-        why = worse_ahead(tests, predicted, once_more, count, doubtful=doubtful)
-        if why and not doubtful:
+        if (why := worse_ahead(tests, predicted, once_more, count, doubtful=doubtful)) and not doubtful:
             for kept in FEWER:
                 some = {name: in_part(axis, before[name], kept) for name, axis in axes.items()}
                 ahead = next_circles(tests, some)

@@ -135,8 +135,7 @@ class VoltageRecord:
     def repeating(self, rest: Real) -> float | None:
         """Return the root mean square of what does not repeat of a residual at the samples used; None of one turn."""
         revolution, angle = self.revolution[self.used], self.angle[self.used] % (2 * pi)
-        complete = [n for n in np.unique(revolution) if n >= 0]
-        if len(complete) < 2:
+        if len(complete := [n for n in np.unique(revolution) if n >= 0]) < 2:
             return None
         bins = min(int(np.count_nonzero(revolution == complete[0])), 7200) // 2
         means = []
@@ -172,8 +171,7 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
     z, v = smoothed(t, r, r - z_m)
 
     def compared(values: Real) -> Real:
-        thin = decimate(values, every, ftype="fir") if every > 1 else values
-        return np.asarray(sosfiltfilt(sections, thin))
+        return np.asarray(sosfiltfilt(sections, decimate(values, every, ftype="fir") if every > 1 else values))
 
     inertia, damping, voltage = (compared(values)[: len(thin)] for values in (a, rate_of, u))
     smooth = np.ascontiguousarray(z[::every]), np.ascontiguousarray(v[::every])
@@ -207,8 +205,7 @@ def refined(
     m, a, offset = plant
     late = np.interp(t - T_d, t, u)
     acceleration = (late - a * velocity - offset - model.replay(t, record.whole, velocity) / K_f) / m
-    wanted = np.gradient(np.gradient(r, t), t)
-    z, v = smoothed(t, r, r - z_m, wanted - acceleration)
+    z, v = smoothed(t, r, r - z_m, np.gradient(np.gradient(r, t), t) - acceleration)
     position, velocity = (np.ascontiguousarray(x[::every]) for x in (z, v))
     return replace(record, position=position, velocity=velocity, whole=z)
 
@@ -484,8 +481,7 @@ def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: in
         start = np.clip(x, -0.99 * bounds, 0.99 * bounds)
         return least_squares(residual, start, gradient, (-bounds, bounds), ftol=RESTS, xtol=RESTS, max_nfev=most)
 
-    few = most if len(starts) == 1 else 7
-    best = min((fine(x, few) for x in starts), key=lambda solution: solution.cost)
+    best = min((fine(x, most if len(starts) == 1 else 7) for x in starts), key=lambda solution: solution.cost)
     return at(balance, best.x if len(starts) == 1 else fine(best.x, most).x)
 
 

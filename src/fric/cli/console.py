@@ -66,8 +66,7 @@ def prepare_streams() -> None:
     """Allow writing to any standard output: of a narrow encoding (cp1252), or closed."""
     codecs.register_error("spelled", _spelled)
     for name in ("stdout", "stderr"):
-        stream = getattr(sys, name)
-        if stream is None:
+        if (stream := getattr(sys, name)) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - it lives as long as we do
         elif isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="spelled")
@@ -230,8 +229,7 @@ def ask(question: Any) -> None:
         while not (line and question.take(line)):
             numbers = f"1 to {len(question.choices)}, " if len(question.choices) > 1 else ""
             ERR.print("That is not an answer. " * bool(line) + f"{numbers}or Enter for 1: ", end="")
-            line = sys.stdin.readline()
-            if not line:
+            if not (line := sys.stdin.readline()):
                 ERR.print("")
                 raise FricError("a question was not answered", hint="Give --assume for the likeliest meaning or --map.")
 

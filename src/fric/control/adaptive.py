@@ -103,8 +103,7 @@ class Adaptive(ControlBlock):
         step = self.rate * setting.T_s
         middle = 0.5 * (SOFT + STIFF)  # the stiffness without a shift: half a level shifts to either model
         limits = [(limit - middle) / (STIFF - SOFT) for limit in (self.softest, self.stiffest)]
-        head = [step / level, step / shift, self.lowest, self.highest, pole, *limits]
-        return np.concatenate([head, *rows])
+        return np.concatenate([[step / level, step / shift, self.lowest, self.highest, pole, *limits], *rows])
 
     def initial_state(self, setting: Setting) -> Real:
         """Return the nominal level and stiffness, and empty filters."""

@@ -135,8 +135,7 @@ def fitted(model: FrictionModel, sampling: float) -> tuple[float, float, float, 
     """Return amplitude [N] at each acceleration and decay [s] that come nearest to a model's replay along circles."""
     parts = []
     for rate in ACCELERATIONS:
-        feed = float(np.sqrt(rate * 0.03))
-        motion = circle(0.03, feed, 1, sampling)[0]
+        motion = circle(0.03, float(np.sqrt(rate * 0.03)), 1, sampling)[0]
         reversal = int(np.flatnonzero(np.diff(np.sign(motion.velocity[1:])) != 0)[1]) + 2  # the second is at full feed
         window = slice(reversal, reversal + int(0.04 * sampling))
         F = model.replay(motion.time, motion.position, motion.velocity)[window]

@@ -102,14 +102,12 @@ class JointDesign:
 
 def step_compliance(loop: WholeLoop, blocks: tuple[ControlBlock, ...] = ()) -> float:
     """Return J, how far a disturbance that steps by 1 V moves the axis at most [m/V]."""
-    nyquist = loop.cascade.sampling / 2
-    order = np.arange(1, int(nyquist * PERIOD), 2)
+    order = np.arange(1, int(loop.cascade.sampling / 2 * PERIOD), 2)
     f = order / PERIOD
     G = loop.sampled(()).G(f) * loop.perturbation.correction(f)
     harmonics = np.zeros(4 * order.size + 1, complex)
     harmonics[order] = G / (1.0 + loop.response(blocks)(f)) * 4.0 / (np.pi * order) / 2j
-    moved = np.fft.irfft(harmonics) * 2 * (harmonics.size - 1)
-    return float(np.abs(moved).max()) / 2.0
+    return float(np.abs(np.fft.irfft(harmonics) * 2 * (harmonics.size - 1)).max()) / 2.0
 
 
 def design_jointly(

@@ -139,8 +139,7 @@ class SampledLoop:
         """
         alone = SampledLoop(self.plant, self.cascade, (), self.controller, self.setting)
         eigenvalues = np.linalg.eigvals(alone.state_matrix(position_loop=False))
-        others = np.delete(eigenvalues, np.argmin(np.abs(eigenvalues - 1.0)))
-        return bool(np.abs(others).max() < 1.0)
+        return bool(np.abs(np.delete(eigenvalues, np.argmin(np.abs(eigenvalues - 1.0)))).max() < 1.0)
 
 
 SHORT = 160  # Samples of the short period

@@ -258,8 +258,7 @@ def design_observer(
     """
     Delta = perturbation or model_perturbation(plant, cascade.sampling / 2)
     whole = WholeLoop(plant, cascade, Delta)
-    without = whole.peak()
-    if without > peak_sensitivity:
+    if (without := whole.peak()) > peak_sensitivity:
         raise _too_sensitive(whole, without, peak_sensitivity)
     robust = robust_limit(Delta, filter)
     sensitive = _sensitive_limit(whole, filter, peak_sensitivity)
@@ -267,8 +266,7 @@ def design_observer(
         f"eq. (8), |T·Delta| ≤ 1, at {robust.frequency:.4g} Hz": robust.q,
         f"the peak sensitivity of the whole loop, {decibel(peak_sensitivity):.3g} dB": sensitive,
     }
-    bounds = {why: q.cutoff for why, q in limits.items() if q is not None}
-    if not bounds:
+    if not (bounds := {why: q.cutoff for why, q in limits.items() if q is not None}):
         raise FricError(
             "nothing limits Q: the response shows no unmodelled dynamics, and the loop is insensitive at every cutoff",
             hint="Give the cutoff.",
@@ -296,8 +294,7 @@ def _too_sensitive(whole: WholeLoop, without: float, asked: float) -> FricError:
     Delta = whole.perturbation
     if Delta.measured and WholeLoop(whole.plant, whole.cascade, Delta.sure()).peak() <= asked:
         f, radius = Delta.frequency, Delta.radius
-        loop = np.abs(1.0 / (1.0 + whole.response()(f)))
-        at = int(np.argmax(np.where(radius < SURE, 0.0, loop)))
+        at = int(np.argmax(np.where(radius < SURE, 0.0, np.abs(1.0 / (1.0 + whole.response()(f))))))
         return FricError(
             f"the response does not tell whether the loop keeps {decibel(asked):.3g} dB: at {f[at]:.4g} Hz it is known "
             f"to {radius[at]:.0%} of G_n alone, and the loop is within that where it is known better",
@@ -316,8 +313,7 @@ def _sensitive_limit(whole: WholeLoop, filter: str, peak_sensitivity: float) -> 
         return whole.peak((DisturbanceObserver(QFilter(filter, cutoff), A, B),)) <= peak_sensitivity
 
     tried = np.geomspace(2.5e-4 * sampling, 0.45 * sampling, TRIED)
-    limit = largest_that_keeps(keeps, tried)
-    if limit == 0.0:
+    if (limit := largest_that_keeps(keeps, tried)) == 0.0:
         what = f"an observer of {tried[0]:.3g} Hz already misses the peak sensitivity that is asked"
         raise FricError(what, hint="Lower the gains of the controller, or ask for a larger peak sensitivity.")
     return None if limit == inf else QFilter(filter, limit)

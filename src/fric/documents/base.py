@@ -165,8 +165,7 @@ def single(found: dict[str, Given]) -> dict[str, Given]:
     """Return quantities of one number each; raise SchemaError with a remedy if one is a list."""
     for name, quantity in found.items():
         if isinstance(quantity.value, tuple | list):
-            count = len(quantity.value)
-            what = f"a list of {count} where one value is expected"
+            what = f"a list of {len(quantity.value)} where one value is expected"
             raise SchemaError(what, where=name, hint="Give one number with its unit.")
     return found
 
@@ -556,8 +555,7 @@ def described_fields(kind: type[Any]) -> tuple[str, dict[str, str]]:
     text, texts = getdoc(kind) or "", dict[str, str]()
     for base in reversed(kind.__mro__[:-1]):
         doc = cleandoc(base.__doc__ or "")
-        below = doc.partition("Parameters\n-")[2]
-        found = re.findall(r"^(\w+(?:, \w+)*)\n((?:    .*\n?)+)", below, re.MULTILINE)
+        found = re.findall(r"^(\w+(?:, \w+)*)\n((?:    .*\n?)+)", doc.partition("Parameters\n-")[2], re.MULTILINE)
         found = found or re.findall(r"^(\w+(?:, \w+)*): (.+\n?(?:    .*\n?)*)", doc, re.MULTILINE)
         for names, body in [*found, *_beside(base)]:
             sentence = re.split(r"\.(?: |$)", " ".join(body.split()))[0]

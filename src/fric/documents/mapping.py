@@ -138,8 +138,7 @@ class FileMapping(Part):
         """Return the fields of one file: those stated, and those that ``file`` reads from its stem."""
         if self.file is None:
             return dict(constants)
-        found = _taken_apart(constants["stem"], FIELD.split(self.file)[::2])
-        if found is None:
+        if (found := _taken_apart(constants["stem"], FIELD.split(self.file)[::2])) is None:
             raise FricError(f"the name '{constants['stem']}' is not made like '{self.file}'", where=where,
                             hint="Mend `file:` in the mapping, or ingest such files on their own.")  # fmt: skip
         return {**constants, **dict(zip(FIELD.findall(self.file), found, strict=True))}
@@ -179,8 +178,7 @@ def _taken_apart(stem: str, literals: list[str]) -> tuple[str, ...] | None:
             return (stem[start:end],) if stem.endswith(text) and end > start else None
         at = stem.find(text, start + 1)
         while at >= 0:
-            rest = behind(n + 1, at + len(text))
-            if rest is not None:
+            if (rest := behind(n + 1, at + len(text))) is not None:
                 return stem[start:at], *rest
             at = stem.find(text, at + 1)
         return None

@@ -196,8 +196,7 @@ class PlantDocument(AxisDocument, PlantPart, type="plant"):
         found = {name: parameter for name, parameter in given.items() if name.startswith(("F_c", "F_v", "offset"))}
         kinds = {name: "viscous" if name.startswith("F_v") else "force" for name in found}
         values = {name: float(parameter.si(kinds[name], self.motion)) for name, parameter in found.items()}
-        levels = [value for name, value in values.items() if name.startswith("F_c")]
-        if not levels:
+        if not (levels := [value for name, value in values.items() if name.startswith("F_c")]):
             hint = "Give a friction file with `friction=`, or identify the plant from an ordinary motion."
             raise FricError("the plant file holds no Coulomb friction", hint=hint)
         level = sum(levels) / len(levels)

@@ -47,8 +47,7 @@ def read_document(path: Path | str, model: type[D]) -> D:
     tree = read_tree(path, model.type)
     if not isinstance(tree, CommentedMap):
         raise FricError("is not a YAML document", where=str(path), hint=f"Start it with 'fric: {model.type_name()}'.")
-    found = tree.get("fric")
-    if found is None:
+    if (found := tree.get("fric")) is None:
         raise FricError("does not say what it is", where=str(path), hint=f"Start it with 'fric: {model.type_name()}'.")
     if found != model.type_name():
         raise other_kind(path, str(found), model.type_name())

@@ -185,8 +185,7 @@ def compensation_of(machine: Machine, name: str, scheme: Scheme) -> ExportedPart
         what = f"scheme {scheme.name} designs the cascade of axis {name} anew, and a cascade is not exported"
         hint = "Take the gains of 'fric design block --joint' into the machine file, and 'joint' out of the scheme."
         raise FricError(what, hint=hint)
-    rest = Reference(axis.cascade.sampling, *np.zeros((3, 1)))
-    setting = setting_of(axis, scheme, rest)
+    setting = setting_of(axis, scheme, Reference(axis.cascade.sampling, *np.zeros((3, 1))))
     controller, *others = blocks_of(axis, scheme, setting)
     if controller.name != axis.cascade.name:
         raise FricError(
@@ -195,8 +194,7 @@ def compensation_of(machine: Machine, name: str, scheme: Scheme) -> ExportedPart
             hint="Choose a scheme whose controller is the cascade.",
         )
     nominal, cascade = axis.nominal or axis.plant, axis.cascade
-    friction = setting.friction
-    if friction is None and others:
+    if (friction := setting.friction) is None and others:
         friction = StaticMap(F_c=0.0, F_s=0.0, v_s=1.0)  # nothing is fed forward; the blocks are
     return ExportedPart(
         "compensation", machine.name, name, axis.motion, remark(scheme.name), friction, nominal.K_f, nominal.A,

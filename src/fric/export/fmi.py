@@ -34,8 +34,7 @@ def fmi_files(part: ExportedPart) -> Files:
 
 def _compiled(name: str, sources: dict[str, str], version: int) -> dict[str, bytes]:
     """Return a shared library for this computer by its path in a unit; none without a compiler."""
-    compiler = shutil.which("cc")
-    if compiler is None or not sys.platform.startswith("linux"):
+    if (compiler := shutil.which("cc")) is None or not sys.platform.startswith("linux"):
         return {}
     machine = platform.machine().replace("AMD64", "x86_64")
     folder = "linux64" if version == 2 else f"{machine}-linux"

@@ -37,8 +37,7 @@ def waypoints(motion: Reference, shortest: float = SHORTEST) -> Waypoints:
     """
     a, sampling = motion.acceleration, motion.sampling
     even = np.abs(a) <= EVEN * float(np.abs(a).max(initial=0.0))
-    edges = np.flatnonzero(np.diff(even.astype(int))) + 1
-    bounds = [0, *edges.tolist(), len(a) - 1]
+    bounds = [0, *(np.flatnonzero(np.diff(even.astype(int))) + 1).tolist(), len(a) - 1]
     least = max(round(shortest * sampling), 1)
     kept = [0]
     for first, last in pairwise(bounds):

@@ -27,8 +27,7 @@ def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     The heavy grey circle is the reference; the grid is in µm, outwards positive; the arrow shows the direction of the
     motion; the number at each reversal is its glitch in µm. The magnification is that of the error against the circle.
     """
-    largest = max(float(np.abs(run.circularity.error).max()) for run in runs) * 1e6
-    grid = grid_of(largest)
+    grid = grid_of(max(float(np.abs(run.circularity.error).max()) for run in runs) * 1e6)
     magnified = runs[0].circle.radius * 1e6 / (2 * LINES * grid)
     columns = 2 if len(runs) == 4 else min(3, len(runs))
     rows = ceil(len(runs) / columns)
@@ -216,8 +215,7 @@ def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = 
     with new_figure(6.3, 1.3 + 0.42 * len(schemes)) as figure:
         left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 1))
         for place, scheme, column in zip(places, schemes, glitches.T, strict=True):
-            ran = column[np.isfinite(column)]
-            if len(ran):
+            if len(ran := column[np.isfinite(column)]):
                 # spread out by machine number: a golden-ratio sequence fills the strip evenly
                 offset = 0.62 * (np.arange(len(ran)) * 0.618034 % 1.0 - 0.5)
                 left.plot(ran, place + offset, ".", color=SKY, markersize=4, alpha=0.8, markeredgewidth=0)

@@ -122,8 +122,7 @@ def draw_tuned(axis: TunedAxis) -> Figure:
             place, scale = _voltage_after(axis, n), 1e3 * record.test.radius / record.test.feed
             angle = record.angle[record.used]
             near = np.abs(angle - place) <= AROUND
-            sense = 1.0 if angle[-1] >= angle[0] else -1.0
-            t = (angle[near] - place) * sense * scale
+            t = (angle[near] - place) * (1.0 if angle[-1] >= angle[0] else -1.0) * scale
             m, a, offset = axis.after.plant[0], axis.after.plant[1], axis.after.plant[2 + n]
             rest = -m * record.inertia[record.used] - a * record.damping[record.used] - offset
             measured = record.delayed(axis.after.balance.coordinates.delay(axis.after.x)) + rest

@@ -74,8 +74,7 @@ def _cycle(axes: Axes, fit: GMSFit, hysteresis: HysteresisCycles, force: Scale) 
     for first, reversal, last in hysteresis.chosen() if record.log.name in ends else []:
         for a, b in ((first, reversal), (reversal, last)):
             part = slice(a, b + 1)
-            travel = 0.5 * np.abs(position[part] - position[a])
-            chosen = travel >= start
+            chosen = 0.5 * np.abs(position[part] - position[a]) >= start
             axes.plot(z[part][chosen], F[part][chosen], color=VERMILION, lw=0.9, label=label)
             label = None
     place = "position from the middle" if far else "position"

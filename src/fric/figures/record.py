@@ -30,8 +30,7 @@ def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure
     reverses) or over velocity (strokes). Many are drawn as an overview: speeds and forces of all segments, and each
     record's path.
     """
-    pairs = list(zip(records, found, strict=True))
-    if len(pairs) > MOST_ROWS:
+    if len(pairs := list(zip(records, found, strict=True))) > MOST_ROWS:
         return _overview(pairs)
     height = sum(3.6 if isinstance(record, Log) else 2.6 for record in records)
     with new_figure(7.4, max(height, 3.0)) as figure:
@@ -291,8 +290,7 @@ def draw_comparison(comparison: Comparison) -> Figure:
         number = next(n for n, rest in enumerate(scores[0].residual) if np.isfinite(rest).any())
         record = comparison.records[number]
         shown = np.isfinite(scores[0].residual[number])
-        reversals = record.reversals[shown[np.minimum(record.reversals, len(shown) - 1)]]
-        if len(reversals) > 2:
+        if len(reversals := record.reversals[shown[np.minimum(record.reversals, len(shown) - 1)]]) > 2:
             within = np.arange(len(shown))
             shown &= (within >= reversals[0]) & (within <= reversals[2])
         z = record.motion.position[shown]

@@ -112,8 +112,7 @@ def new_figure(width: float = 6.3, height: float = 4.0) -> Iterator[Figure]:
 def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
     """Write a figure whole or not at all; the name's ending determines the format."""
     path = Path(path)
-    ending = path.suffix.lstrip(".").lower()
-    if ending not in {"png", "svg", "pdf"}:
+    if (ending := path.suffix.lstrip(".").lower()) not in {"png", "svg", "pdf"}:
         hint = "End the name in .png, .svg or .pdf."
         raise FricError(f"'{path.suffix}' is not a figure format", where=str(path), hint=hint)
     with staged(path, force=force) as draft:

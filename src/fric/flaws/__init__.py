@@ -22,8 +22,7 @@ FAMILIES: tuple[ModuleType, ...] = tuple(
 
 def _listed() -> Mapping[str, Flaw]:
     flaws = [flaw for family in FAMILIES for flaw in entries(family)]
-    found = {flaw.code: flaw for flaw in flaws}
-    if len(found) < len(flaws):
+    if len(found := {flaw.code: flaw for flaw in flaws}) < len(flaws):
         raise ValueError("two flaws have one code")
     return found
 

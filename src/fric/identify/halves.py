@@ -155,8 +155,7 @@ def _of_motions(logs: Sequence[Log]) -> Iterator[tuple[str, Fit, Fit]]:
 
         return made
 
-    long = [log for log in logs if len(log) >= 2 * LEAST]
-    if long:
+    if long := [log for log in logs if len(log) >= 2 * LEAST]:
         first = [log.slice(0, len(log) // 2) for log in long]
         yield "time", fit(first), fit([log.slice(len(log) // 2, len(log)) for log in long])
     if len(logs) > 1:

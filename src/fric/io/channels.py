@@ -261,8 +261,7 @@ def origin_of(
             f"column '{table.columns[column].name}' ({name}) has no unit", where=where,
             hint=f"Write it into the header, as '{name} [{si_unit(dimension, motion)}]', or say `unit:` in a mapping.",
         )  # fmt: skip
-    decibel = _DECIBEL.fullmatch(unit.strip())
-    if decibel:
+    if decibel := _DECIBEL.fullmatch(unit.strip()):
         unit = decibel[1] or (si_unit(dimension, motion) if name == "magnitude" else unit)
     try:
         size = factor(unit, dimension, motion)

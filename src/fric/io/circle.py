@@ -186,8 +186,7 @@ def _read_run(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     }
     for trace in traces.values():
         keep(trace, DIMENSIONS, where)
-    coded = json.loads(str(attributes.get("warnings_coded", "[]")))
-    warnings: tuple[Notice, ...] = tuple(map(Notice.of, coded))
+    warnings: tuple[Notice, ...] = tuple(map(Notice.of, json.loads(str(attributes.get("warnings_coded", "[]")))))
     warnings = warnings or tuple(Notice.of(line) for line in str(attributes["warnings"]).splitlines() if line)
     rows = column(group, "places", ndim=2).tolist() if "places" in group else ()
     at_places = tuple(Figures(tuple(each), *others) for *each, others in ((*row[:-3], row[-3:]) for row in rows))
@@ -311,8 +310,7 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
     scheme: Name of the scheme of a run file; all where not given. Of a circle file it says nothing.
     """
     with open_file(path) as file:
-        found = text(file.attrs, "fric", "nothing of fric's")
-        if found == FORMAT:
+        if (found := text(file.attrs, "fric", "nothing of fric's")) == FORMAT:
             with foreign(path, "Make it again with `fric ingest --kind circle`.", lacking=True):
                 groups = [file, *(file[f"tests/{name}"] for name in sorted(file.get("tests", ()), key=int))]
                 return [_read(group, str(path)) for group in groups]
@@ -351,8 +349,7 @@ def choose_circles(paths: Iterable[Path], scheme: str | None = None) -> list[Mea
     """Read the circle tests of some files; of a run file with several schemes a scheme must be named."""
     found: list[MeasuredCircle] = []
     for path in paths:
-        tests = read_circles(path, scheme)
-        if len(tests) > 1 and _is_run(path):
+        if len(tests := read_circles(path, scheme)) > 1 and _is_run(path):
             hint = f"Say which with `scheme=`: {' or '.join(test.scheme for test in tests)}."
             raise FricError(f"holds {len(tests)} schemes", where=str(path), hint=hint)
         found += tests

@@ -142,11 +142,9 @@ class LogWriter:
         # to HDF5 '20 mm/s' is a group in a group, and '.' the group that holds it
         name = printable(name.replace("/", "\N{DIVISION SLASH}"), MOST_NAME).strip(" .") or "record"
         names = chain([name], (f"{name}-{n}" for n in count(2)))
-        unique = next(name for name in names if name not in self._records)
-        group = self._records.create_group(unique)
+        group = self._records.create_group(next(name for name in names if name not in self._records))
         group.attrs.update(_whole(attributes))
-        prefix = f"{FORCE_VELOCITY}." if attributes.get("kind") == FORCE_VELOCITY else ""
-        return RecordWriter(group, self, prefix)
+        return RecordWriter(group, self, f"{FORCE_VELOCITY}." if attributes.get("kind") == FORCE_VELOCITY else "")
 
     def write(self, log: Record) -> None:
         """Append one whole record."""
@@ -246,8 +244,7 @@ def read_records(path: Path) -> list[Record]:
 def read_logs(paths: Iterable[Path] | Path) -> list[Log]:
     """Read the records in time of one or more log files of one axis."""
     paths = files_of(paths)
-    logs = [record for path in paths for record in read_records(path) if isinstance(record, Log)]
-    if not logs:
+    if not (logs := [record for path in paths for record in read_records(path) if isinstance(record, Log)]):
         raise FricError(
             "holds no record in time", where=", ".join(map(str, paths)),
             hint="Give a log of samples, as `fric ingest` writes it.",

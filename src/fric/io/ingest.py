@@ -90,8 +90,7 @@ class ClockCheck:
         stamps = time.copy()
         if self._last == -inf and len(time) > 2 and time[0] > time[1]:
             stamps[0] = -inf
-        before = np.maximum.accumulate(np.concatenate([[self._last], stamps[:-1]]))
-        return np.asarray(stamps > before)
+        return np.asarray(stamps > np.maximum.accumulate(np.concatenate([[self._last], stamps[:-1]])))
 
     def restarts(self, time: Real) -> list[int]:
         """Return the samples at which another run begins: the time goes back by half of the run or more."""
@@ -390,8 +389,7 @@ class IngestSession:
             if others:
                 self.warnings.append(AXES_LEFT_OUT.found(str(path), axes=others))
             source = table.said.get("source") or str(path)
-            sha256_of = partial(_digest, table, digest)
-            record = self._add(table, self._plan(table, motion), writer, source, sha256_of)
+            record = self._add(table, self._plan(table, motion), writer, source, partial(_digest, table, digest))
             self.known[record.sha256] = record.name
             self.records.append(record)
         if none and len(self.records) == before:
@@ -399,8 +397,7 @@ class IngestSession:
 
     def check_signs(self) -> None:
         """Refuse logs in which friction would drive the axis, unless the signs are stated."""
-        against = self._signs.against()
-        if against and against not in self._stated:
+        if (against := self._signs.against()) and against not in self._stated:
             what = "velocity and position run against each other" if against == "velocity" else (
                 "the force opposes the motion throughout: by these signs friction drives the axis"
             )  # fmt: skip

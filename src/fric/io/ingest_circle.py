@@ -162,8 +162,7 @@ def _is_circle(x: Real, y: Real) -> float:
     if np.count_nonzero(moving) < 100 or not 0.9 * np.ptp(y) < np.ptp(x) < 1.1 * np.ptp(y):
         return 0.0
     a, b, r = fit_circle(x[moving], y[moving])
-    off = np.abs(np.hypot(x[moving] - a, y[moving] - b) - r)
-    return r if np.quantile(off, 0.9) < 0.01 * r else 0.0
+    return r if np.quantile(np.abs(np.hypot(x[moving] - a, y[moving] - b) - r), 0.9) < 0.01 * r else 0.0
 
 
 @dataclass(frozen=True)
@@ -208,8 +207,7 @@ def ingest_circles(
     warnings: list[Notice] = []
     samples = 0
     for source in sources:
-        digest = digest_of(source)
-        if digest in known:
+        if (digest := digest_of(source)) in known:
             warnings.append(THERE_ALREADY.found(str(source), record=""))
             continue
         if mapping and any(part.kind != CIRCLE for part in mapping.parts):
@@ -307,10 +305,8 @@ def _ball_bar(channels: dict[str, Real], stated: StatedCircle, source: str, dige
     angle = np.unwrap(channels["angle"])
     if stated.radius is None:
         raise FricError("a ball bar's deviation does not tell the radius", where=source, hint="Say `radius='150 mm'`.")
-    feed = stated.feed
-    if feed is None and "time" in channels:
-        time = channels["time"]
-        feed = rounded(abs(float(np.median(np.diff(angle) / np.diff(time)))) * stated.radius)
+    if (feed := stated.feed) is None and "time" in channels:
+        feed = rounded(abs(float(np.median(np.diff(angle) / np.diff(channels["time"])))) * stated.radius)
     if feed is None:
         raise FricError("a ball bar's deviation does not tell the feed", where=source, hint="Say `feed='100 mm/s'`.")
     covered = float(angle[-1] - angle[0])

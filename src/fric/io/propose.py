@@ -90,8 +90,7 @@ class Guess:
                 turning = next((column.name for column in self.table.columns if is_electrical(column)), "")
                 unit += f": '{turning}' counts turns of pole pairs" * bool(turning and not role.unit)
                 column = self.table.columns[role.column] if role.column is not None else Column("")
-                volts = converts(column.unit, "input")
-                if volts or (in_counts(column) and channel != "force"):
+                if (volts := converts(column.unit, "input")) or (in_counts(column) and channel != "force"):
                     likely = "0.1 N" if channel == "force" else "0.0055 deg"
                     unit = f'is in {"V" if volts else "counts"}: {NO_SCALE} "{likely}"'
                 elif role.unit == "count":
@@ -223,8 +222,7 @@ def _of_group(members: Sequence[ForeignTable]) -> Iterator[Guess]:
     if _holds_means(first, by_name):
         yield _with_name(Guess(names, first, _chosen_means(first), False, FORCE_VELOCITY))
         return
-    axes = axes_of(members[:MOST_FILES])
-    if len(axes) <= 1:
+    if len(axes := axes_of(members[:MOST_FILES])) <= 1:
         axes = [_filled(first, axes[0], by_name) if axes else by_name]
     found = [_with_name(Guess(names, first, axis, False), alone=len(axes) == 1) for axis in axes]
     forces = [(guess, guess.axis.roles["force"]) for guess in found if "force" in guess.axis.roles]
@@ -361,8 +359,7 @@ def _holds_means(table: ForeignTable, guess: AxisColumns) -> bool:
     if {"n", "deviation", "error"} & names:
         return True
     values = next((block.columns[0] for block in table.read([guess.roles["velocity"].column or 0])), np.empty(0))
-    turns = int(np.count_nonzero(np.diff(np.sign(np.diff(values)))))
-    return 4 < len(values) < MOST_MEANS and turns <= 2
+    return 4 < len(values) < MOST_MEANS and int(np.count_nonzero(np.diff(np.sign(np.diff(values))))) <= 2
 
 
 def _chosen_means(table: ForeignTable) -> AxisColumns:

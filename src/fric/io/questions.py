@@ -44,8 +44,7 @@ class Question:
         """Take an answer: a number, other text, or nothing for the first; return whether it is valid."""
         answer = answer.strip() or "1"
         number = int(answer) if answer.isdecimal() and len(answer) < 3 else 0
-        known = 0 < number <= len(self.choices)
-        found = self.choices[number - 1][1] if known else self.understood(answer)
+        found = self.choices[number - 1][1] if 0 < number <= len(self.choices) else self.understood(answer)
         if found is not None:
             self.apply(found)
         return found is not None

@@ -152,8 +152,7 @@ class Samples:
 
     def rows(self, window: int) -> np.ndarray:
         """Return rows that have a number of further rows in the same table, at most `ROWS`."""
-        n = len(self.x)
-        inside = np.ones(max(n - window, 0), bool)
+        inside = np.ones(max(len(self.x) - window, 0), bool)
         for start in self.starts[1:]:
             inside[max(start - window, 0) : start] = False
         rows = np.flatnonzero(inside)
@@ -270,8 +269,7 @@ PITCHES = np.array([2.0, 2.5, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 
 def _is_on_screw(factor: float, reading: Reading) -> bool:
     """Return whether a factor is that of a position on a screw of usual pitch, and the speed of its motor in rpm."""
     size = si_factor(reading.position, "position", reading.motion) / si_factor(reading.time, "time")
-    off = np.log(6e4 * size / factor / PITCHES)
-    return reading.motion == "linear" and bool(np.abs(off).min() < TOLERANCE)
+    return reading.motion == "linear" and bool(np.abs(np.log(6e4 * size / factor / PITCHES)).min() < TOLERANCE)
 
 
 _OF_MOTION = {unit for of in USUAL.values() for units in of[:2] for unit in units}
@@ -358,8 +356,7 @@ def _advances(x: Real) -> bool:
 
     A position at one speed does, too: its steps change little from row to row, those of stamps as much as they differ.
     """
-    steps = np.diff(x)
-    if len(steps) < 32 or not (steps > 0.0).all():
+    if len(steps := np.diff(x)) < 32 or not (steps > 0.0).all():
         return False
     along = np.abs(x - np.linspace(x[0], x[-1], len(x))).max()
     return bool(along < ALONG * np.ptp(x) and np.diff(steps).std() > 0.7 * steps.std())
@@ -438,8 +435,7 @@ class Pairs:
         self.share, self.factor, self.alike = np.full((m, m), -np.inf), np.ones((m, m)), np.zeros((m, m))
         self.slope = np.ones((m, m))
         for window in WINDOWS:
-            rows = data.rows(window)
-            if len(rows) < 8:
+            if len(rows := data.rows(window)) < 8:
                 break
             d, s = x[rows + window] - x[rows], sums[rows + window] - sums[rows]
             with np.errstate(all="ignore"):
@@ -553,8 +549,7 @@ def _of_an_axis(data: Samples, pairs: Pairs, n: int, k: int) -> bool:
 
 def _roughness(data: Samples) -> Real:
     """Return the step from row to row of each column relative to its spread."""
-    rows = data.rows(1)
-    if len(rows) < 32:
+    if len(rows := data.rows(1)) < 32:
         return np.full(len(data.columns), np.inf)
     with np.errstate(all="ignore"):
         return np.asarray((data.x[rows + 1] - data.x[rows]).std(0) / data.x.std(0))
@@ -909,8 +904,7 @@ class _Motion:
                 continue  # exactly of the motion itself
             parts = [1.0 - whole / _left(np.delete(basis, k, 1), y)[0] for k in (0, 2)]
             joint = 1.0 - whole / _left(basis[:, 2:], y)[0]
-            score = parts[0] + (parts[1] if parts[0] > 0.01 else 0.2 * parts[1]) + 0.2 * joint
-            if score > best:
+            if (score := parts[0] + (parts[1] if parts[0] > 0.01 else 0.2 * parts[1]) + 0.2 * joint) > best:
                 best, braking, sign = score, parts[0], -1 if sum(_pushes(basis, weights)) < 0 and score > 0.1 else 1
         return best, braking, sign
 
@@ -954,8 +948,7 @@ def _by_velocity(data: Samples, movements: Sequence[_Movement]) -> list[_Movemen
         pushed -= {None, *still, *(movement.tag(data) for movement in movements)}
         wanted = [n for n in wanted if data.moving[n] and data.tags[n] in pushed]
     roles = {v: Role("velocity", v, "", 0.97, 0.0, "by its name or unit") for v in wanted}
-    beside = {v: frozenset(n for n in speeds if not _apart(data, n, v)) for v in wanted}
-    return [_Movement({"velocity": roles[v]}, beside[v]) for v in wanted]
+    return [_Movement({"velocity": roles[v]}, frozenset(n for n in speeds if not _apart(data, n, v))) for v in wanted]
 
 
 def _goes_on(v: Real) -> bool:
@@ -1124,8 +1117,7 @@ def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken, *o
             return weight
         turn = 2.0 * np.pi / (step * si_factor(reading.position, "position", "rotary"))
         decimals = 25 if reading.position == "rev" else 9  # of what rounding to digits looks like: 0.001 rev, 0.001 deg
-        counts = COUNTS[COUNTS % decimals > 0]
-        return weight * (SHOWN if np.abs(turn / counts - 1.0).min() < ENCODER else 1.0)
+        return weight * (SHOWN if np.abs(turn / COUNTS[COUNTS % decimals > 0] - 1.0).min() < ENCODER else 1.0)
 
     shown = motions_in(" ".join(re.split(r"[\W_]+", f"{data.path.parent.name} {data.path.stem}")))
     of_force = {motion for motion in PLAIN if converts(force.unit, "force", motion)} if force.unit else set()
@@ -1136,8 +1128,7 @@ def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken, *o
 
 def take_reading(axis: AxisColumns, reading: Reading) -> None:
     """Take the units of a reading as those of an axis, which closes its questions."""
-    force = axis.roles.get("force")
-    if force and force.unit in {"N", "N*m"} and force.unit_likelihood < SURE:
+    if (force := axis.roles.get("force")) and force.unit in {"N", "N*m"} and force.unit_likelihood < SURE:
         axis.roles["force"] = replace(force, unit="N*m" if reading.motion == "rotary" else "N")
     axis.motion, axis.motion_likelihood = in_units_of(reading.motion, axis.motion.partition("/")[2]), 1.0
     units = {"time": reading.time, "position": reading.position, "velocity": reading.velocity}
@@ -1175,5 +1166,4 @@ def _implied_period(factor: float, reading: Reading) -> tuple[float, bool]:
     size = float(count or 1.0) * si_factor(unit, "position", reading.motion)
     period = size / (si_factor(reading.velocity, "velocity", reading.motion) * abs(factor))
     usual = float(USUAL_PERIODS[np.argmin(np.abs(np.log(USUAL_PERIODS / period)))])
-    near = abs(log(usual / period)) < TOLERANCE
-    return (usual, True) if near else (period, False)
+    return (usual, True) if abs(log(usual / period)) < TOLERANCE else (period, False)

@@ -218,8 +218,7 @@ def _check(file: h5py.File, path: Path, most: int) -> None:
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
                 raise FricError("is a link, which may lead to another file", where=where, hint="Store the data itself.")
             node = group[name]
-            mark = h5py.h5o.get_info(node.id).addr
-            if mark in seen:
+            if (mark := h5py.h5o.get_info(node.id).addr) in seen:
                 continue
             seen.add(mark)
             _check_attributes(node, where)
@@ -283,8 +282,7 @@ def column(group: h5py.Group, name: str, *, ndim: int = 1) -> Real:
 
 def check_type(file: h5py.File, path: Path, wanted: str, hint: str) -> None:
     """Raise when an open file does not state the required type, as ``log/1``."""
-    found = text(file.attrs, "fric", "nothing of fric's")
-    if found != wanted:
+    if (found := text(file.attrs, "fric", "nothing of fric's")) != wanted:
         if found.partition("/")[0] in TAKEN:
             raise other_kind(path, found, wanted)
         raise FricError(f"holds {found}, not {wanted}", where=str(path), hint=hint)

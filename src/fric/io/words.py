@@ -61,8 +61,7 @@ def axis_of_file(path: Path) -> str | None:
 
 def measures(column: Column, channel: str) -> bool:
     """Return whether the unit of a column suits a channel."""
-    unit = (column.unit or "").strip()
-    if unit in {"", "1", "%", "-"} or not is_unit(unit):
+    if (unit := (column.unit or "").strip()) in {"", "1", "%", "-"} or not is_unit(unit):
         return False
     return any(converts(unit, channel_dimension(channel), motion) for motion in PLAIN)
 
@@ -91,8 +90,7 @@ def refuse_left_out(table: ForeignTable, origins: Collection[str], taken: Collec
     for channel in ("force", "position", "velocity"):
         if channel in origins or (channel == "velocity" and "position" in origins):
             continue
-        found = [table.columns[n] for n in looking_like(table, channel, taken)]
-        if not found:
+        if not (found := [table.columns[n] for n in looking_like(table, channel, taken)]):
             continue
         listed = " and ".join(f"'{name} [{unit}]'" if unit else f"'{name}'" for name, unit in found)
         what = f"no column is named {channel}, and {listed} {'looks' if len(found) == 1 else 'look'} like it"
@@ -236,8 +234,7 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
                 found[k] = name[n]
                 rests.setdefault(name[n], set()).add((*name[:n], *name[n + 1 :], shown[k]))
         common = {word: rest & set().union(*(r for w, r in rests.items() if w != word)) for word, rest in rests.items()}
-        known = {word for word, rest in common.items() if rest and len(rests[word]) > 1}
-        if len(known) > 1:
+        if len(known := {word for word, rest in common.items() if rest and len(rests[word]) > 1}) > 1:
             return [word if word in known else None for word in found]
     return [None] * len(names)
 
@@ -248,8 +245,7 @@ def says_something(word: str) -> bool:
     if word.isdigit() or word in AXES:
         return False
     quantities = (word for words in QUANTITIES.values() for word in words)
-    known = (*SHOWS["reference"], *SHOWS["measured"], *quantities, *LETTERS)
-    return word in _SILENT or _has(word, known)
+    return word in _SILENT or _has(word, (*SHOWS["reference"], *SHOWS["measured"], *quantities, *LETTERS))
 
 
 def _words(name: str) -> str:

@@ -306,8 +306,7 @@ def _lost(steps: Real, encoder: float) -> float:
     usual = median_filter(steps, 9, mode="nearest")
     steady = np.abs(usual) > max(COUNTS * encoder, 1e-12 * float(np.abs(steps).max()))
     around = np.lib.stride_tricks.sliding_window_view(np.pad(steps, 4, mode="edge"), 9)[steady]
-    scatter = np.median(np.abs(around - usual[steady, np.newaxis]), axis=1)
-    steady[steady] = scatter < 0.1 * np.abs(usual[steady])
+    steady[steady] = np.median(np.abs(around - usual[steady, np.newaxis]), axis=1) < 0.1 * np.abs(usual[steady])
     if steady.sum() < WINDOW:
         return 0.0
     ratio = np.where(steady, steps / np.where(steady, usual, 1.0), 1.0)
@@ -369,8 +368,7 @@ def _power(z: Real, order: int, count: int) -> Real:
     """
     weights = np.array([(-1.0) ** k * comb(order, k) for k in range(order + 1)])
     high = np.convolve(z - z[0], weights, mode="same")[: count * WINDOW]
-    rows = (high**2).reshape(count, WINDOW)[1:-1] / np.sum(weights**2)
-    return np.asarray(np.median(rows, axis=1) / 0.4549)
+    return np.asarray(np.median((high**2).reshape(count, WINDOW)[1:-1] / np.sum(weights**2), axis=1) / 0.4549)
 
 
 def even_sampling(log: Log) -> float:
@@ -403,8 +401,7 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
     counts = np.ones(len(steps)) if float(steps.max()) < GAP * period else np.maximum(np.rint(steps / period), 1.0)
     at = np.concatenate([[0.0], np.cumsum(counts)])
     intervals = int(at[-1])
-    missing = intervals + 1 - len(log)
-    if missing > MISSING * len(log) or float(steps.max()) > 9.5 * period:
+    if (missing := intervals + 1 - len(log)) > MISSING * len(log) or float(steps.max()) > 9.5 * period:
         return log, []  # which is then refused, with its place
     even = log.time[0] + np.linspace(0.0, span, intervals + 1)
     if missing == 0 and float(np.abs(even - log.time).max()) <= JITTER / 100 * period:

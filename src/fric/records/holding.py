@@ -60,8 +60,7 @@ def is_holding_map(log: Log) -> bool:
     count = lattice_step(z) or 0.0
     if step < COUNTS * count and not np.allclose(np.abs(np.diff(z))[np.diff(z) != 0.0], count, rtol=1e-6):
         return False
-    passes = passes_of(z)
-    if len(passes) < 2 or min(part.stop - part.start for part in passes) < PLACES:
+    if len(passes := passes_of(z)) < 2 or min(part.stop - part.start for part in passes) < PLACES:
         return False
     there = np.sort(z[passes[0]])
     back = np.concatenate([z[part] for part in passes[1::2]])

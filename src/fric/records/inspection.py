@@ -91,8 +91,7 @@ def too_coarse(records: Sequence["Prepared"]) -> list[Notice]:
         if record.slides or not record.motion.step:
             continue
         strokes = np.abs(np.diff(z[inside])) if len(inside) > 2 else np.ptp(z)  # so small that no reversal is seen
-        steps = 0.5 * float(np.median(strokes)) / record.motion.step
-        if steps < STEPS:
+        if (steps := 0.5 * float(np.median(strokes)) / record.motion.step) < STEPS:
             found.append(ENCODER_TOO_COARSE.found(f"record '{record.log.name}'", steps=steps))
     return found
 
@@ -167,8 +166,7 @@ def excites(time: Real, position: Real) -> bool:
     """
     dt = float(np.median(np.diff(time)))
     width = max(round(0.01 / dt), 5)
-    z = _averaged(position, width)
-    if len(z) < 32:
+    if len(z := _averaged(position, width)) < 32:
         return False
     v = np.gradient(z, width * dt)
     columns = np.column_stack([np.gradient(v, width * dt), v, np.sign(v), np.ones_like(v)])
@@ -203,8 +201,7 @@ def drift(values: Real) -> tuple[float, float]:
     at = (np.arange(n) - 0.5 * (n - 1)) / max(n - 1, 1)
     slope = float(at @ values / (at @ at))
     rest = values - values.mean() - slope * at
-    error = float(np.sqrt(rest @ rest / (n - 2) / (at @ at)))
-    return slope, float(stdtrit(n - 2, 0.975)) * error
+    return slope, float(stdtrit(n - 2, 0.975)) * float(np.sqrt(rest @ rest / (n - 2) / (at @ at)))
 
 
 CHANGES = 0.03  # Least change of the energy per cycle over a record that gives a warning, as a share
@@ -509,8 +506,7 @@ def _gms_use(found: Inspection, seen: float, stairs: Staircase | None) -> Use:
         return Use(purpose, False, f"{len(found.reversals)} reversals: whole branches take three")
     if step and amplitude < STEPS * step:
         return Use(purpose, False, f"the amplitude is {amplitude / step:.1f} steps of the encoder: three are needed")
-    branch = (found.reversals[-1] - found.reversals[0]) / (len(found.reversals) - 1)
-    if branch < BRANCH:
+    if (branch := (found.reversals[-1] - found.reversals[0]) / (len(found.reversals) - 1)) < BRANCH:
         return Use(purpose, False, f"{branch:.0f} samples a branch are too few")
     if found.rise and seen > found.rise:
         why = f"{SAMPLES} samples behind a reversal go through pre-sliding: log faster, or move slower"

@@ -211,8 +211,7 @@ def _seen(log: Log) -> list[ModePart]:
 def _of_two(glitches: Real, least: float) -> list[bool | None] | None:
     """Return whether each error of a motion has the larger of two sizes, None if between; None for a single size."""
     sizes = np.log(np.maximum(glitches, 1e-300))
-    order = np.sort(sizes)
-    if len(order) < 4:
+    if len(order := np.sort(sizes)) < 4:
         return None
     n = min(
         range(2, len(order) - 1), key=lambda n: n * float(order[:n].var()) + (len(order) - n) * float(order[n:].var())

@@ -53,8 +53,7 @@ def smooth_motion(time: Real, position: Real) -> Motion:
     if step < FINE * float(np.median(moved[moved > 0])):
         step = 0.0
     if step:
-        counted = np.flatnonzero(np.diff(z))
-        if len(counted) < 2 * DEGREE:
+        if len(counted := np.flatnonzero(np.diff(z))) < 2 * DEGREE:
             hint = "Log a motion of many encoder steps."
             raise FricError(f"the position hardly moves: {np.ptp(z) / step:.0f} steps of the encoder", hint=hint)
         instant, crossing = 0.5 * (t[counted] + t[counted + 1]), 0.5 * (z[counted] + z[counted + 1])
@@ -66,8 +65,7 @@ def smooth_motion(time: Real, position: Real) -> Motion:
         rests = _rests(t, z, counted, step)
         instant, crossing, spread = (np.append(a, b) for a, b in zip((instant, crossing, spread), rests, strict=True))
     else:
-        noise = noise_level(z)
-        if noise < 1e-7 * np.ptp(z):
+        if (noise := noise_level(z)) < 1e-7 * np.ptp(z):
             v = slope(t, z)
             return Motion(t, z, v, slope(t, v), 0.0)
         instant, crossing, spread = t, z, np.full_like(z, noise)
@@ -85,8 +83,7 @@ def between_samples(position: Real) -> Mask:
     if len(bends) < 3:
         return hidden
     change, size = 0.5 * np.abs(np.diff(bends, 2)), float(np.mean(bends**2))
-    limit = max(LARGE * np.sqrt(size), OUTLIES * float(np.median(change)), REST * encoder_step(position))
-    large = change > limit
+    large = change > max(LARGE * np.sqrt(size), OUTLIES * float(np.median(change)), REST * encoder_step(position))
     if (change[large] ** 2).sum() > HIDDEN * size * len(bends):
         hidden[2:-2] = large
         hidden = np.convolve(hidden, np.ones(3), "same") > 0.0  # the slope takes in a sample on each side
@@ -115,8 +112,7 @@ def slope(t: Real, z: Real) -> Real:
 
     t, z: Instants, increasing, and samples, each of shape (n,).
     """
-    n = len(t)
-    if n < 5:
+    if (n := len(t)) < 5:
         return np.asarray(np.gradient(z, t, edge_order=2 if n > 2 else 1))
     first = np.clip(np.arange(n) - 2, 0, n - 5)
     around = first[:, None] + np.arange(5)
@@ -303,8 +299,7 @@ def find_reversals(position: Real, threshold: float | None = None) -> Indices:
     threshold: Travel back [m] that makes a reversal; where it is not given, two counts of the encoder, or the swing of
         white noise over n samples, 2·√(2·ln n) standard deviations (Leadbetter et al., Extremes, 1983), and a tenth.
     """
-    z = np.asarray(position, float)
-    if len(z) < 3:
+    if len(z := np.asarray(position, float)) < 3:
         return np.zeros(0, dtype=np.intp)
     count = lattice_step(z) or 0.0
     if threshold is None:

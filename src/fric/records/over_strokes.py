@@ -128,8 +128,7 @@ def cogging(strokes: Sequence[tuple[Log, Segment]]) -> ForceOverPosition | None:
 
     ``F_i(z) = m_i + c(z)`` along stroke i, c being linear between places; its errors are those of a jackknife.
     """
-    found = over_place(strokes)
-    if found is None or found.either or not found.cogging or len(strokes) < FEWEST:
+    if (found := over_place(strokes)) is None or found.either or not found.cogging or len(strokes) < FEWEST:
         return None
     every = 1 + sum(len(log) for log, _ in strokes) // 400_000  # so many samples show it
     cut = [[log.require(of, "cogging")[s.start : s.stop : every] for of in ("position", "force")] for log, s in strokes]
@@ -171,12 +170,10 @@ def _common(pairs: Sequence[tuple[Real, Real]]) -> _Common | None:
     """Return the common part of the pairs that meet at enough places; None where there are fewer than three."""
     found, seen = [], set()
     for a, b in pairs:
-        at = np.flatnonzero(np.isfinite(a) & np.isfinite(b))
-        if len(at) < SHORTEST:
+        if len(at := np.flatnonzero(np.isfinite(a) & np.isfinite(b))) < SHORTEST:
             continue
         x, y = (array[at] - np.polynomial.Polynomial.fit(at, array[at], 1)(at) for array in (a, b))
-        size = float(np.sqrt(np.mean(x * x) * np.mean(y * y)))
-        if size > 0.0:
+        if (size := float(np.sqrt(np.mean(x * x) * np.mean(y * y)))) > 0.0:
             covariance = float(np.mean(x * y))
             found.append((covariance, float(np.clip(covariance / size, -0.999, 0.999)), len(at)))
             seen |= {id(a), id(b)}

@@ -222,8 +222,7 @@ class Prepared:
         Raises FricError: When the velocity changes over fewer than two cycles, or the motion reverses.
         """
         v = self.motion.velocity
-        reversals = find_reversals(v, threshold=0.3 * float(np.ptp(v)))
-        if len(reversals) < 5:
+        if len(reversals := find_reversals(v, threshold=0.3 * float(np.ptp(v)))) < 5:
             raise FricError(
                 "the velocity changes over fewer than two cycles", where=self.log.where,
                 hint="Log five cycles or more of a sine about a mean speed, for C.",
@@ -345,8 +344,7 @@ def begins_loaded(record: Prepared, reversals: Indices) -> bool:
     if len(reversals) < 5:
         return False
     z, F = record.motion.position, record.force
-    travel = float(np.min(np.abs(np.diff(z[reversals[:5]]))))
-    edges = np.linspace(0.0, travel * (1.0 + 1e-9), PARTS + 1)
+    edges = np.linspace(0.0, float(np.min(np.abs(np.diff(z[reversals[:5]])))) * (1.0 + 1e-9), PARTS + 1)
 
     def unlike(n: int) -> float:
         """Return the difference of two strokes of the same direction, apart from a constant [N]."""

@@ -93,8 +93,7 @@ def _levels(x: Real, within: float) -> tuple[float, Indices] | None:
             levels[-1] = (level, levels[-1][1], b)
         elif b - a >= least:
             levels.append((level, a, b))
-    moves = np.diff([level for level, *_ in levels])
-    if len(moves) < STAIRS:
+    if len(moves := np.diff([level for level, *_ in levels])) < STAIRS:
         return None
     step = float(np.median(np.abs(moves)))
     turns = np.flatnonzero(moves[1:] * moves[:-1] < 0.0) + 1
@@ -142,8 +141,7 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
     span = float(t[-1])
     line = np.stack([np.ones_like(t), t / span - 0.5], axis=1)
     level = z - line @ np.linalg.lstsq(line, z, rcond=None)[0]
-    spread = float(level @ level)
-    if spread == 0.0:
+    if (spread := float(level @ level)) == 0.0:
         return None
     even = np.interp(np.linspace(0.0, span, min(len(t), SINE_SAMPLES)), t, level)
     spectrum = np.abs(np.fft.rfft(even * np.hanning(len(even)))) ** 2
@@ -233,8 +231,7 @@ def _turns(position: Real) -> Indices:
     """Return the samples at which a motion reverses, without the jitter of a loop that hunts."""
     found = find_reversals(position)
     longest = float(np.abs(np.diff(position[found])).max(initial=0.0))
-    steady = find_reversals(position, threshold=JITTER * longest) if longest else found
-    return min(found, steady, key=len)
+    return min(found, find_reversals(position, threshold=JITTER * longest) if longest else found, key=len)
 
 
 def force_rise(log: Log, reversals: Indices) -> float | None:
@@ -256,8 +253,7 @@ def force_rises(log: Log, reversals: Indices) -> list[tuple[float, int, float]]:
     whole = (strokes > 0.0) & (strokes >= SWAY * strokes.max())
     for begin, end in np.column_stack([reversals[:-1], reversals[1:]])[whole]:
         z, force = log.position[begin : end + 1], log.force[begin : end + 1]
-        up = float(np.median(force[len(force) // 2 :])) - float(force[0])
-        if up != 0.0:
+        if (up := float(np.median(force[len(force) // 2 :])) - float(force[0])) != 0.0:
             risen = int(np.argmax((force - force[0]) / up >= 0.9))
             travel = abs(float(z[risen] - z[0])) if up * (z[-1] - z[0]) > 0.0 else 0.0
             found.append((travel / abs(float(z[-1] - z[0])), risen, travel))

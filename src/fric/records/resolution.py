@@ -30,8 +30,7 @@ def lattice_step(values: Real) -> float | None:
     a log written with few decimals rounds the counts of its encoder. Scaling and offset do not matter.
     """
     values = np.ascontiguousarray(values, float)
-    digest = blake2b(values.data, digest_size=16).digest()
-    if digest not in _known:
+    if (digest := blake2b(values.data, digest_size=16).digest()) not in _known:
         if len(_known) >= _KEPT:
             _known.clear()
         _known[digest] = _lattice_step(values)
@@ -40,14 +39,12 @@ def lattice_step(values: Real) -> float | None:
 
 def _lattice_step(values: Real) -> float | None:
     values = values[np.isfinite(values)]
-    levels = np.unique(values)
-    if len(levels) < 2:
+    if len(levels := np.unique(values)) < 2:
         return None
     needed = 1 if len(values) >= 10 * len(levels) else _EVIDENCE
     rounding = 16.0 * np.finfo(float).eps * float(np.abs(levels).max())
     gaps = np.diff(levels)
-    gaps = gaps[gaps > rounding]
-    if len(gaps) < needed:
+    if len(gaps := gaps[gaps > rounding]) < needed:
         return None
     gaps = np.sort(gaps)
     usual = float(np.median(gaps))
@@ -87,8 +84,7 @@ def _rounded_step(gaps: Real, needed: int, rounding: float, *, often: bool, most
     """
     first = float(np.median(gaps[gaps < 1.75 * float(gaps[0])]))
     for divisor in range(1, most + 1):
-        step = first / divisor
-        if step < 8.0 * rounding:
+        if (step := first / divisor) < 8.0 * rounding:
             return None
         near = gaps[gaps < 24.0 * step]
         for _ in range(3):

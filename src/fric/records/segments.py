@@ -180,8 +180,7 @@ def _kept(outward: Real, allowed: float, blind: int, most: int, edge: int) -> in
     off = np.abs(outward) > allowed
     off[: most - edge] = False
     lasting = np.append(off, [True] * 3)
-    leaves = np.flatnonzero(lasting[:-3] & lasting[1:-2] & lasting[2:-1] & lasting[3:])
-    if not len(leaves):
+    if not len(leaves := np.flatnonzero(lasting[:-3] & lasting[1:-2] & lasting[2:-1] & lasting[3:])):
         return most
     seen = int(leaves[0])
     back = np.flatnonzero(~off[seen:])
@@ -259,8 +258,7 @@ def _creeps(log: Log, path: Path, start: int, stop: int) -> bool:
 
 def _accepted(path: Path, start: int, stop: int) -> Segment | None:
     """Return the segment, or None where it is too short, at rest, or its velocity has a trend."""
-    n = stop - start
-    if n < SHORTEST:
+    if (n := stop - start) < SHORTEST:
         return None
     if abs(path.travel(start, stop)) <= (path.explained(n) if path.count == 0.0 else SHORTEST * path.resolution):
         return None
@@ -411,8 +409,7 @@ def settled_from(force: Real) -> tuple[int, bool]:
     force: The force at constant velocity, from its first sample on, shape (n,).
     """
     n = len(force)
-    batches = min(BATCHES, n // 4)
-    if batches < 8:
+    if (batches := min(BATCHES, n // 4)) < 8:
         return 0, True
     late = force[n // 2 :]
     middle = float(np.median(late))
@@ -429,8 +426,7 @@ def settled_from(force: Real) -> tuple[int, bool]:
     if cut == 0 or not _is_transient(means[:cut], means[cut:]):
         return 0, True
     quarter = batches // 4
-    settled = cut < last or not _is_transient(means[-2 * quarter : -quarter], means[-quarter:])
-    return int(edges[cut]), settled
+    return int(edges[cut]), cut < last or not _is_transient(means[-2 * quarter : -quarter], means[-quarter:])
 
 
 def _is_transient(head: Real, tail: Real) -> bool:
@@ -468,8 +464,7 @@ def velocity_swing(log: Log, segment: Segment) -> float:
     sampling = (n - 1) / float(t[-1])
     if log.position is None:
         v = np.asarray(log.velocity)[part]
-        noise = float(np.var(np.diff(v))) / 2
-        swing = float(np.sqrt(max(float(np.var(v)) - noise, 0.0))) / abs(segment.velocity)
+        swing = float(np.sqrt(max(float(np.var(v)) - float(np.var(np.diff(v))) / 2, 0.0))) / abs(segment.velocity)
         return swing if swing > SWINGS else 0.0
     count = lattice_step(log.position[part][:ENOUGH]) or 0.0
     z = log.position[part] - segment.velocity * t

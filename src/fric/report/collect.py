@@ -77,8 +77,7 @@ class Change:
     @property
     def verdict(self) -> Literal["moved", "within", "unknown"]:
         """``moved`` if the interval of the difference does not contain 0; ``unknown`` without an interval."""
-        interval = self.difference_ci95
-        if interval is None or interval == (-inf, inf):
+        if (interval := self.difference_ci95) is None or interval == (-inf, inf):
             return "unknown"
         return "within" if interval[0] <= 0 <= interval[1] else "moved"
 
@@ -327,8 +326,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
     machine = ""
     for path in (given if given.suffix else located(given, "machine") for given in map(Path, paths)):
         found = recognise(path)
-        kind = found.partition("/")[0]
-        if kind in KINDS:
+        if (kind := found.partition("/")[0]) in KINDS:
             items.append(Item(path.name, read_document(path, NOMINAL_DOCUMENTS[kind])))
         elif kind == "run":
             tests.append(_test(path))

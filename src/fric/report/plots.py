@@ -301,8 +301,7 @@ def _in_quadrature(
     below, above = np.zeros_like(middle), np.zeros_like(middle)
     for name, estimate in parameters.items():
         limits: tuple[float, ...] = tuple(estimate.ci95) if estimate.ci95 is not None else ()  # type: ignore[arg-type]
-        moved = [force({name: limit}) - middle for limit in limits if abs(limit) != inf]
-        if moved:
+        if moved := [force({name: limit}) - middle for limit in limits if abs(limit) != inf]:
             above += np.maximum(np.max(moved, axis=0), 0.0) ** 2
             below += np.minimum(np.min(moved, axis=0), 0.0) ** 2
     return middle, middle - np.sqrt(below), middle + np.sqrt(above)

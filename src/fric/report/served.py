@@ -186,8 +186,7 @@ def _stated(guess: Guess, asked: Mapping[str, Any]) -> Guess:
         sign = -1 if row.get("turned") else 1
         roles[channel] = Role(channel, column, unit, 1.0, 1.0, "as stated", sign, turn=turn)
     if "time" not in roles:
-        period = sampling_period(rate := _word(asked.get("rate", ""), "rate"))
-        if period is None:
+        if (period := sampling_period(rate := _word(asked.get("rate", ""), "rate"))) is None:
             what = f"'{rate}' is not a sampling rate" if rate else "no column is marked as time"
             raise FricError(what, hint="Mark its column, or give a rate, as in 1 kHz.")
         roles["time"] = Role("time", None, f"{period:.9g} s", 1.0, 1.0, "as stated")

@@ -174,8 +174,7 @@ def peak(contour: Candidate) -> float:
 
 def overcompensation(test: ContourTest) -> list[str]:
     """Describe friction feedforward that leaves an inward spike where the bare loop has an outward spike."""
-    without = bare(test.contours)
-    if without is None:
+    if (without := bare(test.contours)) is None:
         return []
     reversed_signs = [
         contour
@@ -205,8 +204,7 @@ def too_weak(contours: Sequence[Contour]) -> list[str]:
     The glitch of a linear loop is proportional to the friction that is not fed forward, so the share that is left
     is the share that the feedforward lacks.
     """
-    without = bare(contours)
-    if without is None or not without.middle:
+    if (without := bare(contours)) is None or not without.middle:
         return []
     for contour in contours:
         if contour.scheme.friction in {None, "static"} or contour.scheme.observer:
@@ -253,8 +251,7 @@ def observer_spoils(test: ContourTest) -> list[str]:
 
 def uneven(test: ContourTest) -> list[str]:
     """Name the axis, and its reversal, with the largest glitch of the bare loop."""
-    without = bare(test.contours)
-    if without is None or test.radius is None:
+    if (without := bare(test.contours)) is None or test.radius is None:
         return []
     size = np.abs(without.glitches)
     first, second = float(size[[0, 2]].max()), float(size[[1, 3]].max())
@@ -362,8 +359,7 @@ def _axis(inputs: ReportInput, axis: str) -> dict[str, Any]:
 
 def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
     """Return Delta of an axis: measured if a frequency response and the plant were given, else of the delay alone."""
-    given = inputs.of("plant", item.axis)
-    if given is None or not isinstance(given.document, PlantDocument):
+    if (given := inputs.of("plant", item.axis)) is None or not isinstance(given.document, PlantDocument):
         return None
     try:
         plant = given.document.linear(item.motion)

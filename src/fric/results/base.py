@@ -135,8 +135,7 @@ def told_alone(notices: Iterable[Notice]) -> list[Notice]:
     """Return the warnings that are not words in a table; those that a file stated first are only counted."""
     known = list(map(Notice.of, notices))
     found = [notice for notice in known if not notice.carried and not any(flaw_of(notice).word)]
-    before = [notice for notice in known if notice.carried and notice.severity != "note"]
-    if before:
+    if before := [notice for notice in known if notice.carried and notice.severity != "note"]:
         codes = ", ".join(dict.fromkeys(notice.code for notice in before))
         found.append(Notice.of(f"{len(before)} doubt{'s' * (len(before) > 1)} carried over: {codes}"))
     return found
@@ -381,8 +380,7 @@ def records_of(
     A record in which the control switches its mode is split by modes unless ``whole``. Of two encoders, ``encoder``
     names the one for the position.
     """
-    found = list(_flat(given))
-    if not found:
+    if not (found := list(_flat(given))):
         raise FricError("no record was given", hint="Give log files, or what fric.read returns.")
     if one_axis:
         refuse_several_axes(found)
@@ -405,8 +403,7 @@ def in_one_mode(record: Record) -> Sequence[Record]:
 def logs_of(given: Iterable[Any], encoder: Encoder = "motor") -> list[Log]:
     """Return the given records in time of one axis, as `records_of` does."""
     records = records_of(given, encoder=encoder)
-    logs = [record for record in records if isinstance(record, Log)]
-    if not logs:
+    if not (logs := [record for record in records if isinstance(record, Log)]):
         hint = "Give a log of samples, as `fric ingest` writes it."
         raise FricError("there is no record in time", where=records[0].where, hint=hint)
     return logs
@@ -442,8 +439,7 @@ def quantity(given: str | float | None, dimension: str, motion: Motion = "linear
 @names
 def positive(given: str | float, dimension: str, motion: Motion = "linear") -> float:
     """Return a positive quantity given in SI, or as a text with its unit."""
-    value = in_si(given, dimension, motion)
-    if not value > 0:
+    if not (value := in_si(given, dimension, motion)) > 0:
         raise FricError(f"'{given}' is not positive", hint="Give a positive value.")
     return value
 

@@ -306,8 +306,7 @@ def design_observer(
     document = document_of(PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
     warnings: list[Notice] = [*document.passed_on()]
-    cascade = cascade_of(controller, axis, motion, "plant")
-    if cascade is None:
+    if (cascade := cascade_of(controller, axis, motion, "plant")) is None:
         cascade = design_cascade(linear).cascade
         warnings.append(CONTROLLER_BY_DEFAULT.found())
     modes = [mode if isinstance(mode, StructuralMode) else _resonance(str(mode)) for mode in resonances]
@@ -333,8 +332,7 @@ def design_observer(
     try:
         design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
     except FricError as error:
-        default = [warning for warning in warnings if warning.code == CONTROLLER_BY_DEFAULT.code]
-        if not default:
+        if not (default := [warning for warning in warnings if warning.code == CONTROLLER_BY_DEFAULT.code]):
             raise
         hint = f"{error.hint} {default[0]}"  # which the user is not to blame for
         raise FricError(error.what, where=error.where, hint=hint) from None
@@ -483,8 +481,7 @@ def design_block(
     document = document_of(PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
     warnings: list[Notice] = []
-    cascade = cascade_of(controller, axis, motion, "plant")
-    if cascade is None:
+    if (cascade := cascade_of(controller, axis, motion, "plant")) is None:
         cascade = design_cascade(linear).cascade
         warnings.append(CONTROLLER_BY_DEFAULT.found())
     models: Mapping[str, FrictionModel] = {}

@@ -106,8 +106,7 @@ def circles_of(given: Iterable[Any], scheme: str | None = None, *, other: bool =
     ones = [item for part in given for item in (part if isinstance(part, list | tuple) else [part])]
     ones = [test for test in ones for test in _of_run(test, scheme)]
     tests = [test for test in ones if isinstance(test, MeasuredCircle)]
-    files = [path_of(CIRCLES, test) for test in ones if not isinstance(test, MeasuredCircle)]
-    if files:
+    if files := [path_of(CIRCLES, test) for test in ones if not isinstance(test, MeasuredCircle)]:
         from fric.io.circle import choose_circles  # with HDF5, which a table needs not
 
         tests += choose_circles(files, scheme)
@@ -123,8 +122,7 @@ def _of_run(given: Any, scheme: str | None) -> list[Any]:
         return [given]
     from fric.circles.measured import measured_from_run
 
-    chosen = [run for run in runs if scheme in (None, run.scheme.name)]
-    if len(chosen) != 1:
+    if len(chosen := [run for run in runs if scheme in (None, run.scheme.name)]) != 1:
         names = " or ".join(f"`scheme='{run.scheme.name}'`" for run in runs)
         raise FricError(f"the result holds {len(chosen)} circles, and one is asked for", hint=f"Say which: {names}.")
     return [measured_from_run(chosen[0])]

@@ -165,11 +165,10 @@ def ingest(
     for path in paths:
         if path.suffix in FORMATS["YAML"] and path.is_file():
             raise other_kind(path, recognise(path), "log/1")
-    if axis is None and mapping is None and not join:
-        of = {letter: path for path in paths if (letter := axis_of_file(path))}
-        if len(of) > 1:
-            what = f"the files are named by axes {' and '.join(of)}, and a log file is of one"
-            raise FricError(what, where=first_of([*of.values()]), hint="Ingest those of each axis, or say `axis=`.")
+    of = {letter: path for path in paths if (letter := axis_of_file(path))}
+    if axis is None and mapping is None and not join and len(of) > 1:
+        what = f"the files are named by axes {' and '.join(of)}, and a log file is of one"
+        raise FricError(what, where=first_of([*of.values()]), hint="Ingest those of each axis, or say `axis=`.")
     low, high = -inf if begin is None else in_si(begin, "time"), inf if end is None else in_si(end, "time")
     if not low < high:
         raise FricError(f"a window from {low:g} to {high:g} s holds nothing", hint="Give `begin=` before `end=`.")

@@ -208,8 +208,7 @@ def _prior(
     of = None if known is None else (known.axis, known.motion)
     responded = None if plant is None else document_of(PlantDocument, plant, of, "friction")
     logs = () if like is None else logs_of([like])
-    subject = None if machine is None else machine_of(machine)
-    found, notices = prior_axis(subject, axis, known, responded, logs)
+    found, notices = prior_axis(None if machine is None else machine_of(machine), axis, known, responded, logs)
     if encoder is not None:
         found = replace(found, encoder=Encoder(in_si(encoder, "small length", found.motion)))
     if noise is not None:

@@ -250,8 +250,7 @@ class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
         if self.cut_short:
             notices.append(INTERRUPTED.found(done=self.done, circles=len(self.found.cells)))
         for scheme in self.found.grid.schemes:
-            failed = [cell for cell in self.found.cells[: self.done] if scheme.name in cell.failures]
-            if failed:
+            if failed := [cell for cell in self.found.cells[: self.done] if scheme.name in cell.failures]:
                 why = failed[0].failures[scheme.name]
                 counts = {"failed": len(failed), "runs": len(self.found.cells), "of": "circles"}
                 notices.append(SCHEME_FAILED.found(f"scheme {scheme.name}", **counts, why=why))

@@ -207,8 +207,7 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
     risen = max(drift.amount, 0.0) if (drift := axis.reality.force_constant) else 0.0
     plant = replace(axis.plant, B=axis.plant.B * (1.0 + risen))
     loop = SampledLoop(plant, axis.cascade, inside, controller, setting)
-    largest = float(abs(loop.poles()[0]))
-    if largest < EDGE:
+    if (largest := float(abs(loop.poles()[0]))) < EDGE:
         for block in (block for block in blocks if block.repeats):
             share, frequency = learned_share(block, loop, setting)
             if share >= 1.0:
@@ -221,8 +220,7 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
     parts = ["its observer"] if any(block.kind == "observer" for block in blocks) else []
     parts += [f"{risen:.0%} more force per volt"] if risen else []
     part = f"with {' and '.join(parts)} " if parts else ""
-    stable_at = (gain for gain in GAINS if replace(loop, plant=replace(plant, B=plant.B * gain)).stable)
-    gain = next(stable_at, None)
+    gain = next((gain for gain in GAINS if replace(loop, plant=replace(plant, B=plant.B * gain)).stable), None)
     margin = f"its gain margin is {20 * log10(gain):.1f} dB" if gain else "at no gain"
     what = f"the loop of axis {axis.name} {part}is not stable: {margin} (largest eigenvalue {largest:.4f} a sample)"
     raise FricError(what, hint="Lower the gains or the observer's cutoff; fric design finds values that hold.")

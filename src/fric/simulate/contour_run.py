@@ -160,8 +160,7 @@ class ContourRun(ABC, Generic[Followed, Left]):
                 runs.clear()
             runs[n] = once(machine.placed(n / places), rough)
             found.append(figures(runs[n].contour))
-        middle = sorted(range(places), key=lambda n: found[n].glitch)[places // 2]
-        if middle not in runs:
+        if (middle := sorted(range(places), key=lambda n: found[n].glitch)[places // 2]) not in runs:
             runs.clear()
             runs[middle] = once(machine.placed(middle / places) if middle else machine, rough)
         return replace(runs[middle], places=tuple(found))
@@ -186,8 +185,7 @@ def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
 
     A machine of one linear axis runs it with another that follows its reference exactly, and is not in the machine.
     """
-    linear = [name for name, axis in machine.axes.items() if not rotates(axis.motion)]
-    if len(linear) < 1 + both:
+    if len(linear := [name for name, axis in machine.axes.items() if not rotates(axis.motion)]) < 1 + both:
         raise FricError(
             f"this takes {'two linear axes' if both else 'a linear axis'}, and the machine has {len(linear) or 'none'}",
             hint="Add it to the machine's file.",
@@ -205,8 +203,7 @@ def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
 def require_voltage(axis: Axis, reference: Reference) -> None:
     """Refuse a motion that asks for more voltage than the drive has: plant and friction along the reference."""
     against = (axis.friction.steady_state(reference.velocity) + axis.constant_load) / axis.plant.K_f
-    needed = float(np.abs(inverse_model(axis.plant, reference) + against).max())
-    if needed > axis.cascade.limit:
+    if (needed := float(np.abs(inverse_model(axis.plant, reference) + against).max())) > axis.cascade.limit:
         what = f"axis {axis.name} saturates: the motion needs {needed:.3g} V, and its limit is {axis.cascade.limit:g} V"
         raise FricError(what, hint="Lower the feed, or widen the contour.")
 
@@ -411,8 +408,7 @@ class PointPath:
         """Return the motion of both axes, from rest to rest, sampled at a rate [Hz]."""
         points = self.points
         knots = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-        closed = np.allclose(points[0], points[-1], rtol=0, atol=1e-9 * knots[-1])
-        if closed:
+        if closed := np.allclose(points[0], points[-1], rtol=0, atol=1e-9 * knots[-1]):
             points = np.vstack([points[:-1], points[:1]])
         spline = cubic_spline(knots, points, "periodic" if closed else "natural")
         # the length of the spline, by the speed along it between closely spaced parameters
@@ -420,8 +416,7 @@ class PointPath:
         middle = np.hypot(*spline((fine[1:] + fine[:-1]) / 2, 1).T)
         ends = np.hypot(*spline(fine, 1).T)
         length = np.concatenate([[0.0], np.cumsum(np.diff(fine) * (ends[1:] + 4 * middle + ends[:-1]) / 6)])
-        cruise = length[-1] / self.feed - RAMP
-        if cruise <= 0:
+        if (cruise := length[-1] / self.feed - RAMP) <= 0:
             hint = "Lower the feed, or give a longer path."
             raise FricError(f"a path of {length[-1] * 1e3:.3g} mm is too short for {self.feed * 1e3:g} mm/s", hint=hint)
         t = instants(cruise + 2 * RAMP, sampling, more=1, axes=2)

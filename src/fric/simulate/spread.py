@@ -215,8 +215,7 @@ class _Draws:
     def value(self, name: str, value: float, lower: float, *spreads: str) -> float:
         """Return a parameter drawn from its interval; where it has none, times the factors of its spreads."""
         by = self.discrepancy(name, spreads)
-        interval = self.intervals.get(name)
-        if interval is None:
+        if (interval := self.intervals.get(name)) is None:
             for spread in spreads:
                 value *= self.factor(spread, name if name.startswith(f"{spread}_") else "")
             return by * value
@@ -232,8 +231,7 @@ class _Draws:
             if (spread := self.beyond.get(key)) is None:
                 continue
             group = key if key in GROUPS else name
-            drawn = f"{self.axis}.beyond {group}"
-            if drawn not in self.drawn:
+            if (drawn := f"{self.axis}.beyond {group}") not in self.drawn:
                 self.drawn[drawn] = as_filed(spread.factor(self.generator(f"beyond {group}")))
             total *= self.drawn[drawn]
         return total

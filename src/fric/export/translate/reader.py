@@ -78,8 +78,7 @@ class Body:
 
     def filled(self, place: Any, values: list[ast.expr]) -> list[ir.Statement]:
         """Return the statements that fill the fields of a record."""
-        fields = place.type.fields
-        if len(fields) != len(values):
+        if len(fields := place.type.fields) != len(values):
             raise self.refuse(f"{place.type.name} is not given all its fields", values[0])
         kept = [self.as_type(self.expression(value), of) for value, (_, of) in zip(values, fields, strict=True)]
         return [ir.Assign(ir.Field(place, name, of), value) for value, (name, of) in zip(kept, fields, strict=True)]

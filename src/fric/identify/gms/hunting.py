@@ -95,8 +95,7 @@ class Hunting:
         plant = as_filed(self.plant or usual)
         pairs = {n: self._made_again(r, model, plant, lags, rng) for n, r in enumerate(search.records) if _counts(r)}
         # hunting is over between the samples of records too slow to be simulated for a cycle: their residuals hold it
-        pairs = {n: made for n, made in pairs.items() if len(made.reversals) > 1}
-        if not pairs:
+        if not (pairs := {n: made for n, made in pairs.items() if len(made.reversals) > 1}):
             return np.zeros(seen.shape[1])
         hunting, again = [search.records[n] for n in pairs], list(pairs.values())
         rest = [record for n, record in enumerate(search.records) if n not in pairs]

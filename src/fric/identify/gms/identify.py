@@ -317,8 +317,7 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
 def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
     """Return the pre-sliding records and those in sliding; a kind that is recognised counts as stated."""
     kinds = [(log, kind_of(log)) for log in logs]
-    presliding = [log for log, kind in kinds if kind in PRESLIDING]
-    if not presliding:
+    if not (presliding := [log for log, kind in kinds if kind in PRESLIDING]):
         presliding = [log for log, kind in kinds if kind == "motion" or (log.kind is None and kind != "sliding-sine")]
     if not presliding:
         hint = "Log slow sines of small amplitude, or micro-steps, and ingest them with `kind='presliding-sine'`."
@@ -454,8 +453,7 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
     if fit.asked not in {None, len(fit.blocks)}:
         yield flaws.FEWER_BLOCKS.found(why=fit.reason)
     step = max(cycle.record.motion.step for cycle in fit.hysteresis)
-    first = float(fit.model.slip_displacements[0])
-    if first < RESOLVED * step:
+    if (first := float(fit.model.slip_displacements[0])) < RESOLVED * step:
         yield FIRST_BLOCK_UNRESOLVED.found(slip=Estimate(first, metre), step=Estimate(step, metre))
     shares = {cycle.record.log.name: cycle.record.done.inertia_share or 0.0 for cycle in fit.hysteresis}
     fast = {name: share for name, share in shares.items() if share > INERTIA}

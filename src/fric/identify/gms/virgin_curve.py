@@ -76,8 +76,7 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
         encoder steps.
     """
     motion, where = record.motion, record.log.where
-    reversals = strokes_of(record)
-    if len(reversals) < 3:
+    if len(reversals := strokes_of(record)) < 3:
         hint = "Log two cycles or more of a slow sine."
         raise FricError(f"no whole cycle is in it ({len(reversals)} reversals)", where=where, hint=hint)
     if loaded := cycles is None and begins_loaded(record, reversals):
@@ -138,8 +137,7 @@ class VirginCurve:
             return np.zeros_like(self.force)
         before = np.maximum(self.displacement - self.step, 0.0)
         after = np.minimum(self.displacement + self.step, self.displacement[-1])
-        chord = (self(after) - self(before)) / (after - before)
-        return np.asarray(np.abs(chord) * self.step / np.sqrt(24.0))
+        return np.asarray(np.abs((self(after) - self(before)) / (after - before)) * self.step / np.sqrt(24.0))
 
     @property
     def saturates(self) -> bool:
@@ -283,8 +281,7 @@ def _branches(
     if static is not None:
         back = maps[1] or static
         force = force - np.where(v < 0, back.sigma, static.sigma) * v
-        swing = np.where(v < 0, back.level(v) + static.F_s, static.level(v) + back.F_s)
-        ratio = swing / (static.F_s + back.F_s)
+        ratio = np.where(v < 0, back.level(v) + static.F_s, static.level(v) + back.F_s) / (static.F_s + back.F_s)
     found, levels = [], []
     for first, reversal, last in hysteresis.chosen():
         halves = [(first, reversal), (reversal, last)]
@@ -489,8 +486,7 @@ def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, unit: str = "N") 
 def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
     """Return the fit with each cycle left out in turn, its knots moved from those of all cycles."""
     extent = float(curve.displacement[-1])
-    inside = blocks.displacement < extent * (1 - 1e-9)
-    start = np.log(blocks.displacement[inside])
+    start = np.log(blocks.displacement[blocks.displacement < extent * (1 - 1e-9)])
     beyond = np.full(len(blocks) - len(start), extent)
     solved = _stiffnesses(curve, beyond)
     found = []

@@ -98,8 +98,7 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
     """
     if period < SHORTEST:
         raise FricError(f"a period of {period} samples is too short for a response", hint="Give the right `period=`.")
-    count = len(input) // period
-    if count < 2:
+    if (count := len(input) // period) < 2:
         hint = "Log two periods or more, ten are good; or give the right `period=`."
         raise FricError(f"a record of {len(input)} samples holds {count} period(s) of {period}", hint=hint)
     U, Z = (periods(x, period) for x in (input, position))

@@ -64,11 +64,9 @@ def presliding_length(record: Prepared) -> float:
     """
     z, found = record.motion.position, []
     for begin, end in pairwise(record.reversals):
-        force = record.force[begin:end]
-        if len(force) < 8:
+        if len(force := record.force[begin:end]) < 8:
             continue
-        tail = float(np.median(force[len(force) // 2 :]))
-        if tail != force[0]:
+        if (tail := float(np.median(force[len(force) // 2 :]))) != force[0]:
             passed = int(np.argmax((force - force[0]) / (tail - force[0]) >= 0.9))
             found.append(abs(float(z[begin + passed] - z[begin])))
     return float(np.median(found)) if found else 0.01 * float(np.ptp(z))
@@ -288,14 +286,12 @@ def _lead(records: Sequence[Prepared], best: Sequence[Real], other: Sequence[Rea
         difference = theirs**2 - mine**2
         cuts = record.reversals if len(record.reversals) >= 8 else np.linspace(0, len(mine), 31).astype(int)[1:-1]
         for piece in np.split(difference, cuts):
-            known = piece[np.isfinite(piece)]
-            if len(known):
+            if len(known := piece[np.isfinite(piece)]):
                 sums.append(float(known.sum()))
                 counts.append(len(known))
     total, n = np.array(sums), np.array(counts)
     mean = float(total.sum() / n.sum())
-    pieces = len(total)
-    if pieces < 2:
+    if (pieces := len(total)) < 2:
         return mean, float("inf")
     error = float(np.sqrt(np.sum((total - mean * n) ** 2) * pieces / (pieces - 1))) / float(n.sum())
     return mean, float(stdtrit(pieces - 1, 0.975)) * error

@@ -374,8 +374,7 @@ def one_lag(records: Sequence[Prepared], late: Mapping[str, Estimate], clear: fl
     A difference between records is not a lag. A drive that hunts errs alike whenever it repeats a motion: the mean over
     its records is no surer than that of a single one.
     """
-    every = list(late.values())
-    if not every:
+    if not (every := list(late.values())):
         return False
     same = all(abs(float(a) - float(b)) <= np.hypot(a.half_width, b.half_width) for a, b in combinations(every, 2))
     spans = [float(np.ptp(record.motion.position[record.used])) for record in records if record.log.name in late]
@@ -631,8 +630,7 @@ def placed(search: Search, x: Real) -> Placement:
 
     x: Point of the search, shape (p,): the static map, its level and C are taken from it, but no block.
     """
-    every = -(-sum(len(record.force) for record in search.records) // MOST_SAMPLES)
-    if every > 1:
+    if (every := -(-sum(len(record.force) for record in search.records) // MOST_SAMPLES)) > 1:
         search = replace(search, records=[record.thinned(every) for record in search.records], weights=None).weighed(x)
     model = search.coordinates.build(x)
     law = model.model if isinstance(model, Directed) else model
@@ -960,8 +958,7 @@ def _described(
     if less or left:
         warnings.append(CHANGES_BETWEEN.found(share=max(less + left), less=not left))
     rmse = float(np.sqrt(np.mean(residual**2)))
-    r2 = 1.0 - rmse**2 / float(np.var(force))
-    if r2 < 0.5:
+    if (r2 := 1.0 - rmse**2 / float(np.var(force))) < 0.5:
         warnings.append(EXPLAINS_LITTLE.found(model=coordinates.model.name, share=max(r2, 0.0)))
     squares = max(float(residual @ residual), 1e-300)
     rho = min(max(float(residual[1:] @ residual[:-1]) / squares, 0.0), 0.999)

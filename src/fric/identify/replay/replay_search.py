@@ -408,8 +408,7 @@ class Search:
 
     def _hopped(self, x: Real, rng: np.random.Generator) -> Real:
         free = self.coordinates.free
-        blocks = sorted({c.block for c in free if c.block is not None})
-        if len(blocks) < 2:
+        if len(blocks := sorted({c.block for c in free if c.block is not None})) < 2:
             return x
         x = self.fine(x, HOP, both=False)
         best = self.cost(x)

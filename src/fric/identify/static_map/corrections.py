@@ -42,8 +42,7 @@ def between_records(strokes: Strokes) -> Correction | None:
     """
     of = [point.of_record for point in strokes.points]
     names, one_speed = _told(of, strokes.velocity)
-    within = len(names) < 2
-    if within:
+    if within := len(names) < 2:
         of = _windows(strokes)
         names, one_speed = sorted(set(of)), False
         if not names:
@@ -334,8 +333,7 @@ def _shared(known: list[_Stroke]) -> _Shared | None:
         return float(np.sum(residuals(log_C) ** 2))
 
     grid = np.linspace(-1.0, 4.6, 36) - longest  # falls that take nearly three strokes, down to a hundredth of one
-    nearest = int(np.argmin([cost(item) for item in grid]))
-    if nearest == 0:
+    if (nearest := int(np.argmin([cost(item) for item in grid]))) == 0:
         return None
     near = float(grid[nearest])
     log_C = float(minimize_scalar(cost, bounds=(near - 0.16, near + 0.16), method="bounded").x)
@@ -358,8 +356,7 @@ def _batched(strokes: Strokes) -> list[_Stroke]:
     offset = sum(float(np.median(level)) for level in levels) / 2 if all(levels) else 0.0
     found = []
     for number, (log, segment) in strokes.stretches.items():
-        n = segment.stop - segment.onset
-        if n < SAMPLES:
+        if (n := segment.stop - segment.onset) < SAMPLES:
             continue
         each = max(n // BATCHES, 1)
         first = segment.stop - n // each * each
@@ -409,8 +406,7 @@ def slope(strokes: Strokes) -> Correction | None:
 
 def swing(strokes: Strokes) -> Correction | None:
     """Average the map over the velocities of strokes that swing."""
-    swings = [p for p in strokes.points if p.swing]
-    if not swings:
+    if not (swings := [p for p in strokes.points if p.swing]):
         return None
 
     def into(problem: StribeckProblem, points: Sequence[SpeedPoint]) -> StribeckProblem:

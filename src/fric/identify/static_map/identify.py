@@ -239,8 +239,7 @@ def _missed_both_ways(fit: MapFit) -> float:
     apart = np.abs(np.log(-problem.v[~forward] / problem.v[forward][:, None]))
     paired = apart.min(axis=1) < REPEATED
     there, back = r[forward][paired], r[~forward][apart.argmin(axis=1)[paired]]
-    n = len(there) - len(problem.free)
-    if n < 2:
+    if (n := len(there) - len(problem.free)) < 2:
         return 0.0
     missed, rest = (float(np.mean((there + sign * back) ** 2)) / 4 for sign in (1.0, -1.0))
     little = missed < (MISSED * float(np.median(np.abs(problem.F)))) ** 2
@@ -250,8 +249,7 @@ def _missed_both_ways(fit: MapFit) -> float:
 def directions_differ(fit: MapFit) -> Sequence[Notice]:
     """Warn if the directions differ by more than an offset: half their sum then changes with speed."""
     problem, v = fit.problem, np.abs(fit.problem.v)
-    n = len(v) - len(problem.free) - 2
-    if n < 4 or len(np.unique(np.sign(problem.v))) < 2:
+    if (n := len(v) - len(problem.free) - 2) < 4 or len(np.unique(np.sign(problem.v))) < 2:
         return []
     even = np.column_stack([v, np.exp(-v / fit.solution.theta["v_s"]), np.ones_like(v)])
     even, r = even / problem.standard_error[:, None], fit.residual / problem.standard_error

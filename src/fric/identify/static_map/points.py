@@ -134,8 +134,7 @@ def force_step(logs: Sequence[Log]) -> float:
 def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> list[SpeedPoint] | str:
     """Return the points of a record, or the reason why there is none."""
     force = log.require("force", "the friction map")
-    segments = steady_segments(log)
-    if not segments:
+    if not (segments := steady_segments(log)):
         rippling = _inner_part(log) if log.kind == "constant-velocity" else "no segment at constant velocity"
         if isinstance(rippling, str):
             return rippling
@@ -259,8 +258,7 @@ def huber_mean(samples: Real, step: float = 0.0) -> Mean:
         return Mean(float(np.mean(x)), rounding, rounding)
     for _ in range(50):
         psi = np.clip((x - centre) / scale, -HUBER, HUBER)
-        inside = float(np.mean(np.abs(psi) < HUBER))
-        shift = scale * float(np.mean(psi)) / max(inside, 0.1)
+        shift = scale * float(np.mean(psi)) / max(float(np.mean(np.abs(psi) < HUBER)), 0.1)
         centre += shift
         if abs(shift) < 1e-10 * scale:
             break
@@ -286,8 +284,7 @@ def _rounding_error(x: Real, step: float) -> float:
     Noise, 2008). Of the variance that is seen, up to q²/4 may be of two neighbouring levels alone, and is no noise; and
     without noise the error is uniform over a step: so ``q/√12·exp(-2π²·max(s² - q²/4, 0)/q²)`` is taken.
     """
-    levels = np.unique(x)
-    if len(levels) > LEVELS or (len(levels) == 1 and not step):
+    if len(levels := np.unique(x)) > LEVELS or (len(levels) == 1 and not step):
         return 0.0
     q = step or float(np.min(np.diff(levels)))
     variance = max(float(np.var(x)) - q**2 / 4, 0.0)
@@ -303,8 +300,7 @@ def median(samples: Real, step: float = 0.0) -> Mean:
     """
     x = np.asarray(samples, float)
     middle = float(np.median(x))
-    tau = autocorrelation_time(np.sign(x - middle))
-    half = min(0.5, 0.5 / np.sqrt(len(x) / tau))
+    half = min(0.5, 0.5 / np.sqrt(len(x) / autocorrelation_time(np.sign(x - middle))))
     low, high = np.quantile(x, [0.5 - half, 0.5 + half])
     rounding = step / np.sqrt(12)
     return Mean(middle, float(np.hypot((high - low) / 2, rounding)), rounding)

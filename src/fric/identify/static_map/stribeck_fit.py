@@ -100,8 +100,7 @@ class StribeckProblem:
         if not self.fall:
             fixed |= {"v_s": float(np.abs(self.v).min()), "delta": 1.0 if self.delta is None else self.delta}
         ends = {"v_s": np.log(self.v_s_range()), "delta": DELTA_RANGE}
-        searched = [name for name in ends if name not in fixed]
-        if not searched:
+        if not (searched := [name for name in ends if name not in fixed]):
             return self._project(fixed, fixed["v_s"], fixed["delta"])
 
         def at(x: Real) -> MapSolution:
@@ -218,8 +217,7 @@ def profile_interval(
 
     def rise(value: float) -> float:
         if value not in known:  # each starts from the nearest solution
-            start = known[min(known, key=lambda other: abs(other - value))][1]
-            found = problem.solve({name: value}, start)
+            found = problem.solve({name: value}, known[min(known, key=lambda other: abs(other - value))][1])
             known[value] = (np.sqrt(max(found.cost - best.cost, 0.0)) - np.sqrt(target), found)
         return float(known[value][0])
 

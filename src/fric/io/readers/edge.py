@@ -119,8 +119,7 @@ def _recording(path: Path) -> tuple[Memory, dict[str, str], float]:
 
 def _begin(text: str, key: str) -> int:
     """Return the place at which the value of a key of the file begins."""
-    found = re.search(rf'"{key}"\s*:\s*', text)
-    if found is None:
+    if (found := re.search(rf'"{key}"\s*:\s*', text)) is None:
         raise FricError(f"has no {key}", hint="Export the recording again.")
     return found.end()
 

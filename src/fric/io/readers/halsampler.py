@@ -37,8 +37,7 @@ def _counting(head: bytes) -> list[tuple[int, int]]:
     for n, cells in enumerate(zip(*rows, strict=True)):
         if all(cell.isdigit() and len(cell) < 16 for cell in cells):
             steps = np.diff(np.array(cells, dtype="i8"))
-            step = int(np.median(steps))
-            if step > 0 and np.mean(steps == step) > 0.8:
+            if (step := int(np.median(steps))) > 0 and np.mean(steps == step) > 0.8:
                 found.append((n, step))
     return found
 
@@ -54,8 +53,7 @@ class _Record(TextTable):
             for k, (column, step) in enumerate(counting):
                 count = np.concatenate([last[k], block.columns[len(wanted) + k]])
                 last[k] = count[-1:]
-                jumps = np.flatnonzero(np.diff(count) != step)
-                if len(jumps):
+                if len(jumps := np.flatnonzero(np.diff(count) != step)):
                     n = int(jumps[0])
                     lost = (count[n + 1] - count[n]) / step - 1
                     problem = f"{lost:.0f} rows are lost" if lost > 0 else "the count goes back"

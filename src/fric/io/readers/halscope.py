@@ -33,8 +33,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     period = int(found[1]) * 1e-9 if (found := _PERIOD.match(content)) else 0.0
     lines = content.decode("utf-8", "replace").splitlines()[1:]
     lines = [line.strip().rstrip("; ") for line in lines if line.strip() and not line.startswith("#")]
-    rows = [re.split(r"\s*;\s*|\s+", line) for line in lines]
-    if rows and any(";" in line for line in lines):
+    if (rows := [re.split(r"\s*;\s*|\s+", line) for line in lines]) and any(";" in line for line in lines):
         rows = [[cell for pair in zip_longest(rows[0], row, fillvalue="") for cell in pair] for row in rows[1:]]
     if not rows or not period:
         raise FricError("holds no samples", hint="Save the record again.")
@@ -45,8 +44,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
             raise FricError("does not name the pins of the first sample", where=f"{path}, line {n}",
                             hint="Save the record again.")  # fmt: skip
         samples.append([number(_BITS.get(cell, cell).replace(",", ".")) for cell in row[1::2]])
-    values = np.array(samples)
-    if len(values) > 1 and not values[-1].any() and values[-2].any():
+    if len(values := np.array(samples)) > 1 and not values[-1].any() and values[-2].any():
         values = values[:-1]
     before = [names[:n].count(name) for n, name in enumerate(names)]
     distinct = [f"{name} ({count + 1})" if count else name for name, count in zip(names, before, strict=True)]

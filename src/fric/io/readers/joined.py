@@ -219,8 +219,7 @@ class _Stream:
         return [JOINED_MOVED.found(where, channels=self.listed, rate=rate, even=even, by=by, lead=lead.listed)]
 
     def _next(self) -> tuple[Real, list[Real]]:
-        found = next(self._samples, None)
-        if found is None:
+        if (found := next(self._samples, None)) is None:
             self._ended = True
             return np.empty(0), [np.empty(0) for _ in self.columns]
         self.last = float(found[0][-1])

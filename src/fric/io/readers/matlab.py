@@ -297,8 +297,7 @@ def _lines_of(value: Any) -> list[Any]:
     """Return the columns of a matrix; none of any other value."""
     if isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype.kind in "fiub":
         return [*(value if _lies(*value.shape[::-1]) else value.T)]
-    is_matrix = isinstance(value, list) and all(isinstance(line, _DatasetLine) for line in value)
-    return value if is_matrix else []
+    return value if isinstance(value, list) and all(isinstance(line, _DatasetLine) for line in value) else []
 
 
 def _signal(value: Mapping[str, Any]) -> tuple[Any, Mapping[str, Any]] | None:

@@ -116,15 +116,13 @@ def _filled(trace: "_Trace", time: Real, values: Real) -> tuple[Real, Real]:
         within = np.arange(len(source)) - np.concatenate([[0], np.cumsum(count)])[source]
         values = np.where((within == 0)[:, None], values[source], np.nan)
         time = time[source] + within * step
-    rows = np.where(np.isfinite(values), np.arange(len(time))[:, None], -1)
-    last = np.maximum.accumulate(rows, axis=0)
+    last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(time))[:, None], -1), axis=0)
     return time, np.where(last >= 0, np.take_along_axis(values, np.maximum(last, 0), axis=0), np.nan)
 
 
 def _instants(time: Real, values: Real, interval: float) -> Indices:
     """Return the rows of signals of one interval: from the first that all have a value at."""
-    there = np.flatnonzero(np.isfinite(values).all(axis=1))
-    if not len(there):
+    if not len(there := np.flatnonzero(np.isfinite(values).all(axis=1))):
         return there
     phase = (time[there] - time[there[0]]) / interval if interval else np.zeros(len(there))
     return np.asarray(there[np.abs(phase - np.rint(phase)) < 0.25])

@@ -76,8 +76,7 @@ def _table(
         return without[0]  # a mapping may state its rate
     if not parts:
         raise FricError("holds no channel of numbers over time", hint="Export it with its time.")
-    lost = [f"'{column.name}'" for table in without for column in table.columns]
-    if lost:
+    if lost := [f"'{column.name}'" for table in without for column in table.columns]:
         notices.append(CHANNELS_WITHOUT_TIME.found(str(path), channels=lost))
     return Joined(path, parts, constants, said, notices)
 

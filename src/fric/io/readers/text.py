@@ -378,8 +378,7 @@ FORMAT = Format("Text", (".csv", ".tsv", ".txt", ".dat", ".log", ".gz"))
 
 def recognises(path: Path, head: bytes) -> float:
     """Text holds no zero byte, unless it is UTF-16; any other reader that knows the file is surer."""
-    wide = head.startswith((b"\xff\xfe", b"\xfe\xff"))
-    return 0.1 * (head.startswith(_GZIP) or wide or b"\0" not in head)
+    return 0.1 * (head.startswith((_GZIP, b"\xff\xfe", b"\xfe\xff")) or b"\0" not in head)
 
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
@@ -720,8 +719,7 @@ def as_numbers(column: "pd.Series[Any]", decimal: str, unit: str | None = None) 
 def _stamps(text: "pd.Series[Any]") -> "pd.Series[Any]":
     """Return dates, times of a day or durations (0.001 sec) as seconds; NaN where a cell is none of them."""
     text = text.str.replace(r"(?<=\d)[,;](?=\d)", ".", regex=True)
-    first = next((text for text in text.dropna().head(20) if _STAMP.match(text)), "")
-    if not first:
+    if not (first := next((text for text in text.dropna().head(20) if _STAMP.match(text)), "")):
         return pd.Series(np.full(len(text), np.nan))
     if not _DATE.match(first):
         return pd.to_timedelta(text, errors="coerce").dt.total_seconds()

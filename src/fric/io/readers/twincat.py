@@ -54,8 +54,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
 
 def _about(cells: Sequence[list[str]]) -> tuple[dict[str, list[str]], int]:
     """Return the lines that describe the channels, by their first cell, and the number of the first line of data."""
-    start = next((n for n, row in enumerate(cells) if n > 3 and row[0] == "Name"), None)
-    if start is None:
+    if (start := next((n for n, row in enumerate(cells) if n > 3 and row[0] == "Name"), None)) is None:
         raise FricError("names no channels", hint="Export it with the names of the channels.")
     end = next((n for n, row in enumerate(cells) if n > start and not row[0][:1].isalpha()), len(cells))
     first = next((n for n, row in enumerate(cells) if n >= end and any(row)), len(cells))

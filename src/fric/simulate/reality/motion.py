@@ -43,8 +43,7 @@ def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real,
         state = np.array([place, began, 0.0, *np.zeros(inner), *state])
     A, B, M, load = plant.A, plant.B, plant.M, axis.constant_load
     if second is not None:
-        motor = M - second.mass
-        if not motor > 0.0:
+        if not (motor := M - second.mass) > 0.0:
             hint = "It is a part of that."
             raise FricError(f"the second mass is {second.mass:g} kg, and all that moves {M:g} kg", hint=hint)
         on_table = second.friction == "table"
