@@ -33,8 +33,7 @@ def __getattr__(name: str) -> Any:
 
         meant = near(name, __all__).rstrip()
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'{'. ' if meant else ''}{meant}")
-    found = getattr(import_module(home, __name__), name)
-    if isinstance(found, type):
+    if isinstance(found := getattr(import_module(home, __name__), name), type):
         from fric.verb import explained, typed
 
         found = explained(typed(found) if hasattr(found, "report") else found)  # a result takes anything

@@ -97,8 +97,7 @@ class Circularity(Judged):
             if int(near.sum()) > 20:
                 left = self.error[near] - polyval(off[near], polyfit(off[near], self.error[near], 5))
                 far = float(np.abs(left).max())
-                sides = np.sign(left[np.abs(left) >= far / 2])
-                if int(np.count_nonzero(np.diff(sides))) >= SWINGS:
+                if int(np.count_nonzero(np.diff(np.sign(left[np.abs(left) >= far / 2])))) >= SWINGS:
                     found = max(found, far)
         return found
 

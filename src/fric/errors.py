@@ -31,9 +31,6 @@ def printable(text: str, most: int = MOST_CHARACTERS) -> str:
     return line if len(line) <= most else f"{line[: 2 * most // 3]} … {line[-(most // 3) :]}"
 
 
-_NAME = re.compile(r"\w[\w .+-]{0,39}")
-
-
 def require_name(name: str, where: str = "", what: str = "an axis") -> str:
     """Return the name of an axis or of a scheme, which files, groups, shell scripts and programs are named by.
 
@@ -41,7 +38,7 @@ def require_name(name: str, where: str = "", what: str = "an axis") -> str:
     Raises FricError: When it holds more than letters, digits and a few signs: a name from a foreign file could
         otherwise write files elsewhere, or add lines to a program.
     """
-    if not _NAME.fullmatch(name) or name == "monte_carlo":  # A group of the files of runs
+    if not re.fullmatch(r"\w[\w .+-]{0,39}", name) or name == "monte_carlo":  # A group of the files of runs
         raise FricError(
             f"'{name}' is not a name of {what}", where=where,
             hint="Take letters, digits, spaces and _ . + -, 40 at most, a letter or a digit first.",

@@ -231,9 +231,8 @@ def circle(
     ramp = pi / abs(omega)  # a quarter turn: half the feed on average
     t = instants(ramp + revolutions * 2 * pi / abs(omega), sampling, more=1, axes=2)
     S, integral, slope, _ = smooth_step(t / ramp)
-    angle = -direction * pi / 4 + omega * ramp * integral
     rate, change = omega * S, omega * slope / ramp
-    cos, sin = (radius * part for part in cos_sin(angle))
+    cos, sin = (radius * part for part in cos_sin(-direction * pi / 4 + omega * ramp * integral))
     period = 2 * pi / abs(omega)
     return (
         Reference(sampling, cos, -sin * rate, -cos * rate**2 - sin * change, period=period, begins=ramp),

@@ -193,7 +193,6 @@ _SPELLED = {
     "Volt": "V", **dict.fromkeys(["Sek", "Sek.", "sek"], "s"), **dict.fromkeys(["Arms", "Apk", "Amps", "Amp"], "A"),
 }  # fmt: skip
 """Units as headers spell them that Pint does not know."""
-_NEWTON_METRE = re.compile(r"\b([kmuc]?N)-?([mcu]?m)\b")
 
 
 def _spelled(unit: str) -> str:
@@ -205,7 +204,7 @@ def _spelled(unit: str) -> str:
         raise FricError(f"'{unit}' is degrees in German, and gon elsewhere", hint="Write deg, or gon.")
     plain = re.sub(r"\bGra?d\b", "deg", plain)  # German degrees, which Pint takes for a thousand million radians
     plain = re.sub(r"\brevs?\b", "revolution", plain)
-    return _SPELLED.get(plain, _NEWTON_METRE.sub(r"\1*\2", plain))
+    return _SPELLED.get(plain, re.sub(r"\b([kmuc]?N)-?([mcu]?m)\b", r"\1*\2", plain))
 
 
 def _of_an_angle(unit: str, spelled: str, dimension: str) -> str:

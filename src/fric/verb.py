@@ -327,8 +327,7 @@ def _hints(function: Callable[..., Any]) -> dict[str, Any]:
     """Return the annotations as types; Any where an annotation needs an import that only type checkers make."""
     found = {}
     for name, parameter in _signature(function).parameters.items():
-        hint = parameter.annotation
-        if isinstance(hint, str):
+        if isinstance(hint := parameter.annotation, str):
             try:
                 hint = eval(hint, function.__globals__)
             except NameError:
@@ -371,9 +370,7 @@ def kinds_of(hint: Any) -> list[Kind]:
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return [*(kind for kind in inner[:0:-1] if isinstance(kind, Kind)), *kinds_of(inner[0])]
-    if origin in UNIONS and NoneType in inner:
-        return [kind for item in inner for kind in kinds_of(item)]
-    return []
+    return [kind for item in inner for kind in kinds_of(item)] if origin in UNIONS and NoneType in inner else []
 
 
 def dimensions_of(hint: Any) -> list[str]:
@@ -512,14 +509,10 @@ class VerbForm:
     @cached_property
     def _constants(self) -> dict[str, str]:
         """What the source assigns in a line, by name."""
-        return dict(_CONSTANT.findall(self._source))
+        return dict(re.findall(r"^(\w+)(?::[^=\n]+)? = (.+)$", self._source, re.MULTILINE))
 
     @cached_property
     def _homes(self) -> dict[str, str]:
         """The module of each name that the source imports from a module."""
-        lines = _IMPORT.findall(self._source)
+        lines = re.findall(r"^from (\S+) import (?:\(([^)]*)\)|(.+))$", self._source, re.MULTILINE)
         return {name: module for module, *names in lines for name in re.findall(r"\w+", "".join(names))}
-
-
-_CONSTANT = re.compile(r"^(\w+)(?::[^=\n]+)? = (.+)$", re.MULTILINE)
-_IMPORT = re.compile(r"^from (\S+) import (?:\(([^)]*)\)|(.+))$", re.MULTILINE)

@@ -722,16 +722,15 @@ def _cause(found: Glitch, said: Glitch, pulse: GlitchPulse, other: GlitchPulse) 
         return "sign"
     width = np.radians(0.5)
     grid = np.radians(np.arange(-10.0, 30.0, 0.25))
-    seen, said_at = np.interp(grid, *pulse.smoothed(width)), other.smoothed(width)
+    seen, (phi, mean) = np.interp(grid, *pulse.smoothed(width)), other.smoothed(width)
     best = (np.inf, 1.0, 1.0, 0.0)
-    phi, mean = said_at
     top = int(np.argmax(np.abs(mean)))
     below = np.flatnonzero(np.abs(mean) <= np.abs(mean[top]) / 2)
     left, right = below[below < top].max(initial=-1) + 1, below[below > top].min(initial=len(mean)) - 1
     half = max(np.radians(1.0), float(phi[right] - phi[left]))
     for w in np.geomspace(0.3, 3.0, 25):
         for d in np.linspace(-1.5, 1.5, 25) * half:
-            p = np.interp((grid - d) / w, *said_at, left=0.0, right=0.0)
+            p = np.interp((grid - d) / w, phi, mean, left=0.0, right=0.0)
             power = float(p @ p)
             g = float(p @ seen) / power if power > 0 else 0.0
             cost = float(np.sum((seen - g * p) ** 2)) * (1 + 1e-3 * (log(w) ** 2 + (d / half) ** 2))

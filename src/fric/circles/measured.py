@@ -60,8 +60,7 @@ def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
     if (samples := round((time[-1] - time[0]) / period) + 1) > MOST_MISSING * len(time):
         hint = "Record it again, without gaps in its time."
         raise FricError(f"{len(time)} samples cover the time of {samples:.3g}", hint=hint)
-    t = time[0] + period * np.arange(samples)
-    if len(t) == len(time) and np.abs(t - time).max() < 0.02 * period:
+    if len(t := time[0] + period * np.arange(samples)) == len(time) and np.abs(t - time).max() < 0.02 * period:
         return time[0] + float(time[-1] - time[0]) / (len(time) - 1) * np.arange(len(time)), list(channels)
     return t, [np.interp(t, time, channel) for channel in channels]
 
@@ -182,8 +181,7 @@ class MeasuredCircle(FromFile):
 
     def require(self, name: str, what: str) -> tuple[Real, Real, Real, Real]:
         """Return time, reference, position and voltage of an axis; a `FricError` names what is missing, and its use."""
-        trace = self.axis(name)
-        if trace.reference is None or trace.input is None:
+        if (trace := self.axis(name)).reference is None or trace.input is None:
             both = {"reference": trace.reference, "voltage": trace.input}
             missing = " and ".join(text for text, values in both.items() if values is None)
             where, hint = f"{self.where}, axis {name}", "Record it beside the position."

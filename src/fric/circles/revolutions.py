@@ -83,9 +83,11 @@ def _moving(time: Real, x: Real, y: Real) -> list[tuple[int, int]]:
 
 def _circle_in(part: slice, time: Real, x: Real, y: Real) -> FoundCircle | None:
     a, b, r = fit_circle(x, y)
-    if not (np.isfinite([a, b, r]).all() and r > 0):
-        return None
-    if np.quantile(np.abs(np.hypot(x - a, y - b) - r), 0.95) > 0.02 * r:
+    if (
+        not np.isfinite([a, b, r]).all()
+        or not r > 0
+        or np.quantile(np.abs(np.hypot(x - a, y - b) - r), 0.95) > 0.02 * r
+    ):
         return None
     angle = np.unwrap(np.arctan2(y - b, x - a))
     turned = float(angle[-1] - angle[0])
@@ -173,9 +175,8 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
         a, b, _ = fit_circle(x, y)
         angle = np.unwrap(np.arctan2(y - b, x - a))
         inside = steady(traces[0].time, angle)
-        for name, trace in zip(test.names, traces, strict=True):
-            if trace.reference is not None:
-                errors[name] = trace.reference - trace.position
+        both_named = zip(test.names, traces, strict=True)
+        errors = {name: of.reference - of.position for name, of in both_named if of.reference is not None}
         deviation = np.hypot(traces[0].position - a, traces[1].position - b) - test.radius
     angle, deviation = angle[inside], deviation[inside]
     turned = np.abs(angle[-1] - angle)
@@ -281,8 +282,7 @@ def glitch_of(pulse: GlitchPulse, radius: float, base: float, resolution: float)
     while True:
         phi, mean = pulse.smoothed(width)
         top = int(np.argmax(np.abs(mean)))
-        error = sigma / sqrt(max(width / spacing, 1.0))
-        if error <= 0.03 * abs(mean[top]) or width > WINDOW / 4:
+        if sigma / sqrt(max(width / spacing, 1.0)) <= 0.03 * abs(mean[top]) or width > WINDOW / 4:
             break
         width *= 1.5
     sign = 1.0 if mean[top] >= 0 else -1.0

@@ -301,8 +301,7 @@ def _drawn(tuned: TunedAxis, rng: np.random.Generator) -> Axis:
     coordinates, covariance = tuned.after.balance.coordinates, tuned.estimates.coordinates
     values, vectors = np.linalg.eigh(covariance)
     root = vectors @ (np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T)  # no sign of an eigenvector is in it
-    x = tuned.after.x + root @ rng.standard_normal(len(values))
-    x = np.clip(x, tuned.after.x - 1.5, tuned.after.x + 1.5)
+    x = np.clip(tuned.after.x + root @ rng.standard_normal(len(values)), tuned.after.x - 1.5, tuned.after.x + 1.5)
     plant = replace(true.plant, T_d=max(coordinates.delay(x), hold_delay(true.cascade.sampling)))
     return replace(true, friction=as_filed(coordinates.directed(x)), plant=as_filed(plant))
 
@@ -510,8 +509,7 @@ def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     late = lags(axis.cascade, lag, f"axis {axis.name}") if axis.cascade.K_i else []
     yield from (notice for notice in late if notice.severity == "wrong")
     stated = stated_voltage(axis.cascade, axis.nominal or axis.plant, reference, measured, rate)
-    held = against_stated(axis.cascade, stated, voltage, rate)
-    if held.as_stated:
+    if (held := against_stated(axis.cascade, stated, voltage, rate)).as_stated:
         return
     fed = np.column_stack([velocity, np.gradient(velocity, t), np.ones(len(t)), reference])
     share, *_ = np.linalg.lstsq(fed, held.recorded - held.given, rcond=None)

@@ -709,13 +709,11 @@ def identifiability_warnings(axis: Axis, tests: Sequence[MeasuredCircle], found:
             else "v_s, delta, C and the weakest blocks, which show where a reversal is slow"
         )
         yield circle.ONE_FEED.found(where, feed=Estimate(feeds[-1], "m/s"), missing=missing)
-    noise = found.noise()
     # the effect of encoder counts repeats from turn to turn, and is no misfit
-    if noise is not None and found.rms > MISFIT * noise and found.rms > SHAPE * explained(found):
+    if (noise := found.noise()) is not None and found.rms > MISFIT * noise and found.rms > SHAPE * explained(found):
         yield circle.CIRCLE_MISFIT.found(where, left=Estimate(found.rms, volt), noise=Estimate(noise, volt))
     yield from _drifts(axis, found)
-    coordinates = found.balance.coordinates
-    if "side" in coordinates.names:
+    if "side" in (coordinates := found.balance.coordinates).names:
         side = coordinates.sides(found.x)
         yield circle.DIRECTION.found(where, side=abs(side), positive=side > 0)
     over = np.abs(found.x) / coordinates.bounds

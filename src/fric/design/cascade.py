@@ -206,8 +206,7 @@ def _infeasible(plant: LinearPlant, tried: list[Cascade], asked: Requirement, na
     """Return the error with the possible margins: those of the tried cascade with the largest phase margin."""
     best: tuple[float, float] = (0.0, 1.0)
     for cascade in tried:
-        loop = SampledLoop(plant, cascade)
-        if loop.velocity_stable and (name == "velocity" or loop.stable):
+        if (loop := SampledLoop(plant, cascade)).velocity_stable and (name == "velocity" or loop.stable):
             found = margins(getattr(loop, name), loop.nyquist)
             if isfinite(found.phase_margin):
                 best = max(best, (found.phase_margin, found.gain_margin))

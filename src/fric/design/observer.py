@@ -146,8 +146,7 @@ def robust_limit(perturbation: Perturbation, filter: str = "binomial2") -> Robus
     magnitude = np.abs(shape.response(r))
     top = float(r[int(np.argmax(magnitude))])
     level = 1.0 / np.maximum(perturbation.size, 1e-300)
-    bound = level < magnitude.max()
-    if not bound.any():
+    if not (bound := level < magnitude.max()).any():
         return RobustLimit(None, inf, float(perturbation.size.max()))
     f, level = perturbation.frequency[bound], level[bound]
     low, high = np.full(f.size, top), np.full(f.size, 1e6)  # |Q| falls from its top on
@@ -227,8 +226,7 @@ class WholeLoop:
         The loop of eq. (1) is stable when its eigenvalues are. That of the true plant is too when (1 + L_true)/(1 + L)
         does not wind around 0, for what is unmodelled is stable by itself.
         """
-        loop = self.sampled(blocks)
-        if not loop.stable:
+        if not (loop := self.sampled(blocks)).stable:
             return inf
         L = loop.input(self.f, self.G)
         true = L * self.correction

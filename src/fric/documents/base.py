@@ -474,9 +474,7 @@ class PartOf(Physical, Generic[T]):
             return reduce(or_, given)
         if origin in {tuple, list, Sequence}:
             return list[given[0]]  # type: ignore[valid-type]
-        if origin in {dict, Mapping}:
-            return dict[given[0], given[1]]  # type: ignore[valid-type]
-        return HELD.get(kind, kind)
+        return dict[given[0], given[1]] if origin in {dict, Mapping} else HELD.get(kind, kind)  # type: ignore[valid-type]
 
 
 class FilePart(PartOf[T]):
@@ -587,6 +585,4 @@ def again(kind: Any, given: Any) -> Any:
         return Notice.of(given)
     if get_origin(kind) is tuple:
         return tuple(again(inner[0], item) for item in given)
-    if get_origin(kind) in {dict, Mapping}:
-        return {key: again(inner[1], item) for key, item in given.items()}
-    return given
+    return {key: again(inner[1], item) for key, item in given.items()} if get_origin(kind) in {dict, Mapping} else given

@@ -62,8 +62,7 @@ def example(name: str) -> dict[str, bytes]:
     while pending:
         path = pending.pop()
         files[f"configs/{path.relative_to(folder('configs')).as_posix()}"] = path.read_bytes()
-        named = (path.parent / word for word in re.findall(r"[\w./-]+\.yaml\b", path.read_text("utf-8")))
-        for other in named:
+        for other in (path.parent / word for word in re.findall(r"[\w./-]+\.yaml\b", path.read_text("utf-8"))):
             if other.is_file() and other not in pending and f"configs/{_within(other)}" not in files:
                 pending.append(folder("configs") / _within(other))
     return files

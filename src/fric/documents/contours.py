@@ -216,21 +216,18 @@ class MapDifference(Written):
     less: Rows = Field(description="a row for each radius, a column for each feed [m]; negative where it is worse")
 
 
-def _mapped(found: Any) -> dict[str, Any]:
-    schemes = {}
-    for scheme, glitch in zip(found.grid.schemes, found.glitches, strict=True):
-        failures = dict.fromkeys(why for cell in found.cells if (why := cell.failures.get(scheme.name)))
-        schemes[scheme.name] = {"title": scheme.title, "glitch": glitch.tolist(), "failures": list(failures)}
-    return schemes
-
-
 class CircleMapDocument(Document, type="circle-map"):
     """Results of schemes on circles of many feeds and radii."""
 
     machine: str = of("grid.machine.name")
     feeds: list[float] = of("grid.feeds", "[m/s]")
     radii: list[float] = of("grid.radii", "[m]")
-    schemes: dict[str, MappedScheme] = of(_mapped)
+    schemes: dict[str, MappedScheme] = of(lambda found: {
+        scheme.name: {"title": scheme.title, "glitch": glitch.tolist(), "failures": [*dict.fromkeys(
+            why for cell in found.cells if (why := cell.failures.get(scheme.name))
+        )]}
+        for scheme, glitch in zip(found.grid.schemes, found.glitches, strict=True)
+    })  # fmt: skip
     differences: dict[str, MapDifference] = of(lambda found: {
         name: {"scheme": scheme.name, "against": other.name, "less": found.less(scheme, other).tolist()}
         for name, (scheme, other) in found.pairs().items()
@@ -249,8 +246,7 @@ class CircleMapDocument(Document, type="circle-map"):
         return [self._described(name, np.array(pair.less, float)) for name, pair in self.differences.items()]
 
     def _described(self, name: str, less: Real) -> str:
-        ran = np.isfinite(less)
-        if not ran.any():
+        if not (ran := np.isfinite(less)).any():
             return f"{name}: no circle ran with both"
 
         def at(place: np.intp) -> str:

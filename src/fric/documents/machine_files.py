@@ -51,9 +51,7 @@ def _from_file(document: type[Document], inline: type[Part] | None = None) -> Be
     """
 
     def read(given: Any, info: ValidationInfo) -> Any:
-        if not isinstance(given, str):
-            return given
-        return read_document((info.context or {})["folder"] / given, document)
+        return read_document((info.context or {})["folder"] / given, document) if isinstance(given, str) else given
 
     return BeforeValidator(read, json_schema_input_type=str | (inline or document | dict[str, Any]))
 
@@ -517,8 +515,7 @@ def discrepancies(
     shares = dict(FORM)
     reasons: list[Notice] = []
     delay = float(plant.estimates(friction.motion)["T_d"])
-    found = [*_of_friction(friction), *_beyond_the_plant(plant, delay), *_of_warnings(friction, plant)]
-    for name, share, why in found:
+    for name, share, why in (*_of_friction(friction), *_beyond_the_plant(plant, delay), *_of_warnings(friction, plant)):
         if share >= AT_LEAST:
             shares[name] = (shares.get(name, 0.0) ** 2 + share**2) ** 0.5
             reasons.append(PREDICTION_WIDENED.found(name=name, share=share, why=why))
@@ -546,8 +543,7 @@ def _of_friction(friction: FrictionDocument) -> Found:
         yield "level", 1.96 * _number(fit.over_position) / level, "friction differs so much from place to place"
     if varies := level_of_next_record(friction):
         yield "level", varies, "friction differs so much from record to record"
-    blocks = friction.fit_of("gms")
-    if blocks.alpha_sum is not None:
+    if (blocks := friction.fit_of("gms")).alpha_sum is not None:
         limits: Any = blocks.alpha_sum.ci95 or [blocks.alpha_sum.value]
         apart = max(abs(float(limit) - 1.0) for limit in limits if limit is not None)
         yield "level", apart, "the sines show another level than the strokes"
@@ -593,9 +589,7 @@ def _beyond_the_plant(plant: PlantPart, delay: float) -> Found:
 def _of_warnings(friction: FrictionDocument, plant: PlantPart) -> Found:
     parts = [friction, *([plant] if isinstance(plant, PlantDocument) else [])]
     coded = {notice.code: notice for part in parts for notice in part.notices() if notice.severity != "note"}
-    for notice in coded.values():
-        for name, share in flaw_of(notice).widens.items():
-            yield name, share, str(notice)
+    return ((name, share, str(text)) for text in coded.values() for name, share in flaw_of(text).widens.items())
 
 
 def _number(given: Quantity | None) -> float:

@@ -48,16 +48,14 @@ class PlantPart(Physical):
         return LinearPlant(values["A"], values["B"], values["T_d"])
 
     def _with_B(self, motion: Motion) -> dict[str, float]:
-        values = self.values(motion)
-        if "B" not in values:
+        if "B" not in (values := self.values(motion)):
             hint = "Identify the plant again from a log with input, or with `force_constant=`."
             raise FricError("the acceleration per input B is not given", hint=hint)
         return values
 
     def plant(self, motion: Motion) -> Plant:
         """Return the plant in SI."""
-        values = self._with_B(motion)
-        if "K_f" not in values:
+        if "K_f" not in (values := self._with_B(motion)):
             hint = "Add 'K_f: {value: 548, unit: N/V}' from the drive's data sheet, or identify it with a force log."
             raise FricError("the force constant K_f is not given", hint=hint)
         values.pop("force_filter", None)

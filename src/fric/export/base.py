@@ -242,7 +242,6 @@ def manifest(
 ) -> dict[str, Any]:
     """Return the content of manifest.json: SI values with their units, a digest of each file and of each source."""
     coded = {name: text.encode() if isinstance(text, str) else text for name, text in files.items()}
-    digests = {name: hashlib.sha256(content).hexdigest() for name, content in coded.items()}
     return {
         "fric": "export/1",
         "version": fric.__version__,
@@ -252,7 +251,7 @@ def manifest(
         "parameters": axis_values(part),
         "friction": {"model": part.model.name} | friction_values(part.model, part.motion),
         "blocks": [{"name": b.title, "kind": b.kind, "parameters": b.parameters.tolist()} for b in part.blocks],
-        "files": digests,
+        "files": {name: hashlib.sha256(content).hexdigest() for name, content in coded.items()},
         "sources": list(sources),
         **warned(notices),
     }

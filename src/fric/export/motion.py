@@ -199,9 +199,8 @@ ROWS = 2048  # Largest number of rows of a motion; of a longer motion every n-th
 def csv_files(move: Move) -> Mapping[str, str]:
     """Return the motion of a plan in SI, with time from 0 on, and the voltage at the controller's rate."""
     m, unit = move.reference, "m" if not rotates(move.motion) else "rad"
-    every = -(-len(m) // ROWS)
     head = f"time [s],position [{unit}],velocity [{unit}/s],acceleration [{unit}/s^2]"
-    columns = np.column_stack([m.time, m.position, m.velocity, m.acceleration])[::every]
+    columns = np.column_stack([m.time, m.position, m.velocity, m.acceleration])[:: -(-len(m) // ROWS)]
     files = {f"{move.name}.csv": _text(head, columns)}
     if move.excitation is not None:
         files[f"{move.name}-voltage.csv"] = _text("time [s],voltage [V]", np.column_stack([m.time, move.excitation]))

@@ -318,8 +318,7 @@ def after_reversal_figure(
     with new_figure(4.8, 3.3) as figure:
         axes = figure.subplots()
         for n, contour in enumerate(contours):
-            off = direction * np.degrees(contour.place - quarter)
-            off = (off + 180) % 360 - 180
+            off = (direction * np.degrees(contour.place - quarter) + 180) % 360 - 180
             near = (off >= -BEFORE) & (off <= AFTER)
             order = np.argsort(off[near])
             time = np.radians(off[near][order]) * radius / feed * 1e3

@@ -148,10 +148,9 @@ def draw_tuned(axis: TunedAxis) -> Figure:
 def _voltage_after(axis: TunedAxis, n: int) -> float:
     """Return the angle of the last reversal of the axis on a circle that is seen whole [rad]."""
     record = axis.after.balance.records[n]
-    first = next(iter(record.test.axes)) == record.axis
     angle = record.angle[record.used]
     low, high = float(angle.min()) + AROUND, float(angle.max()) - AROUND
-    shift = 0.0 if first else pi / 2
+    shift = 0.0 if next(iter(record.test.axes)) == record.axis else pi / 2
     places = shift + pi * np.arange(np.ceil((low - shift) / pi), np.floor((high - shift) / pi) + 1)
     return float(places[-1] if angle[-1] >= angle[0] else places[0])
 

@@ -97,9 +97,8 @@ def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
     x, y = (values[name] for name in names)
     fx, ux = prefixed(_size(x), log.unit(names[0]))
     fy, uy = (1.0, "s") if names[1] == "time" else prefixed(_size(y), log.unit(names[1]))
-    many = len(x) > 2 * POINTS
     thin = slice(None, None, max(len(x) // (4 * POINTS), 1))
-    line = "." if many and names[0] == "velocity" else "-"
+    line = "." if len(x) > 2 * POINTS and names[0] == "velocity" else "-"
     axis.plot(x[thin] * fx, y[thin] * fy, line, color=GREY, linewidth=0.6, markersize=1)
     if names == ("velocity", "force"):
         v = np.array([s.velocity for s in found.stretches])

@@ -79,9 +79,7 @@ def _choice(found: re.Match[str]) -> str:
     if not other and not first.endswith("."):
         return first if first.startswith(", or ") else ""
     last = re.sub(r"^[A-Z](?=[a-z ])", lambda begin: begin[0].lower(), (other or [first])[0].strip())
-    if not other:
-        return f" In some cases, {last}"
-    return f"{first} {'Or' if first.endswith('.') else 'or'} {last}"
+    return f"{first} {'Or' if first.endswith('.') else 'or'} {last}" if other else f" In some cases, {last}"
 
 
 def page() -> str:

@@ -143,9 +143,8 @@ def plan(
     if strange := channels.keys() - set(ORDER[form]):
         raise FricError(f"such a record has no {min(strange)}", where=where,
                         hint="Leave it out of the mapping, or say another kind.")  # fmt: skip
-    motions = kinds_of(motion)
     refusals: list[tuple[int, FricError]] = []
-    for chosen in motions:
+    for chosen in kinds_of(motion):
         origins: dict[str, Origin] = {}
         try:
             for name, channel in channels.items():

@@ -207,7 +207,6 @@ def _read_run(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
 
 
 FEEDFORWARD = "feedforward/1"
-FEEDFORWARD_UNITS = {"time": "s", "reference": "m", "voltage": "V"}
 
 
 def write_feedforward(path: Path, table: LearnedFeedforward, provenance: str = "", *, force: bool = False) -> None:
@@ -219,7 +218,7 @@ def write_feedforward(path: Path, table: LearnedFeedforward, provenance: str = "
         file.attrs.update({"share": table.how.share, "bandwidth": table.how.bandwidth})
         for name in table.voltage:
             group = file.create_group(name)
-            for key, unit in FEEDFORWARD_UNITS.items():
+            for key, unit in (("time", "s"), ("reference", "m"), ("voltage", "V")):
                 write_column(group, key, np.asarray(getattr(table, key)[name], float), unit)
             check()
 

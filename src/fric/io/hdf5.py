@@ -24,8 +24,6 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_sever
 from fric.output import alone
 from fric.units import SI_UNITS, Motion, factor, si_unit
 
-Buffer = bytes | Real
-
 CHUNK = 65_536  # Samples a chunk: half a MiB of doubles
 AHEAD = 2  # Chunks a column that may wait to be written
 LEVEL = 1  # Of deflate: logs are mostly noise in their last digits, which a higher level does not shorten
@@ -92,7 +90,7 @@ class GrowingColumn:
         return data
 
 
-def _packed(values: Real) -> tuple[Buffer, int]:
+def _packed(values: Real) -> tuple[bytes | Real, int]:
     """Shuffle and deflate one chunk, as HDF5's filters read it; return it and its filter mask.
 
     The lower bytes of a measured channel are noise, on which deflate spends most of the time of an ingest for little.

@@ -293,7 +293,6 @@ def joined(files: Sequence[tuple[ForeignTable, ColumnPlan]]) -> tuple[Joined, Co
 
 KIND_OF_FORM: dict[Form, Kind] = {"response": "frequency-response", "means": FORCE_VELOCITY}
 """Kinds that follow from the columns."""
-BadCells = Literal["error", "drop"]
 EVERYTHING = (-inf, inf)  # A window that leaves nothing out [s]
 Progress = Callable[[int], None]
 
@@ -309,7 +308,7 @@ class StatedLog:
     axis: str | None = None
     motion: Motion | None = None
     # ``error``: a cell that is no number is an error; ``drop``: its sample is left out, and counted
-    bad_cells: BadCells = "error"
+    bad_cells: Literal["error", "drop"] = "error"
     window: tuple[float, float] = EVERYTHING  # First and last time that is read, as the files count it [s]
     join: bool = False  # Make one record of all files, which hold its channels on a common clock, in memory
 
@@ -435,8 +434,7 @@ class IngestSession:
             table, *more = tables_of
             if more:
                 raise FricError(f"holds {len(more) + 1} tables", where=str(path), hint="Join files of one table each.")
-            chosen = self._plan(table, writer.motion)
-            if chosen.form != "time":
+            if (chosen := self._plan(table, writer.motion)).form != "time":
                 raise FricError("has no time", where=str(path), hint="Files are joined by their time.")
             if chosen.motion != writer.motion:
                 raise FricError(f"has a force in {drive_unit(chosen.motion)}", where=str(path),

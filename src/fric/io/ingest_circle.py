@@ -260,8 +260,7 @@ def _whole(table: ForeignTable, chosen: ColumnPlan, drop: bool, progress: Progre
     rows_of, clock, parts = WholeRows(table, chosen, drop), ClockCheck(table.place), []
     for block in table.read(chosen.wanted):
         good, rows = rows_of.good(block)
-        channels = chosen.convert(good, rows)
-        if "time" in channels:
+        if "time" in (channels := chosen.convert(good, rows)):
             clock.tick(channels["time"], rows)
         parts.append(channels)
         progress(block.size)

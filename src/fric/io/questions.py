@@ -26,7 +26,6 @@ MOST_POLES = 1000  # Pole pairs of a motor, at most
 MOST_QUESTIONS = 3  # Largest number of questions; of the rest the likeliest answer is taken
 NAME = "fric-mapping"  # Name of the mapping that answers become, in the folder of the logs
 NO_TIME = Role("time", None, "", 1.0, 0.0, "as was answered")
-RATES = ("1 kHz", "4 kHz", "2 kHz", "500 Hz", "100 Hz")
 _DOTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])  # Bits of the dots of a character of braille
 
 
@@ -147,7 +146,7 @@ def _of_rate(found: Sequence[Guess], *, known: bool = False) -> Question | None:
         return None
     text, role = f"No column is the time. At which rate was {_named(asked)} sampled?", asked[0].axis.roles.get("time")
     choices = [(f"{role.unit} a sample, {role.why}", sampling_period(role.unit))] if known and role else []
-    choices += [(rate, sampling_period(rate)) for rate in RATES]
+    choices += [(rate, sampling_period(rate)) for rate in ("1 kHz", "4 kHz", "2 kHz", "500 Hz", "100 Hz")]
     return Question(text, choices, apply, understood=sampling_period)
 
 

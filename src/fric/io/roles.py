@@ -210,8 +210,7 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     """Return the axes of tables that have the same columns, in the order of these."""
     data = Samples(tables)
     _refuse_many(tables[0], moving := int(data.moving.sum()), MOST_MOVING)
-    clock = _clock(data)
-    if clock.column is None and not clock.unit:
+    if (clock := _clock(data)).column is None and not clock.unit:
         clock = _said_clock(data.constants | tables[0].constants) or clock
     t = data.x[:, clock.column] if clock.column is not None else np.arange(len(data.x), dtype=float)
     data.moving &= ~_stamps(data, t)
@@ -336,10 +335,9 @@ def _clock(data: Samples) -> Role:
             return Role("time", None, every, 0.97, 0.97, "its stamps are rounded, and even")
     sure = 0.99 if says.quantity == "time" else 0.97 if best[0] > 1.05 or n in uneven else 0.9
     since_1970 = (u for u, size in TIME_UNITS.items() if 1e9 < stamps[0] * size < 2.5e9 and np.ptp(stamps) * size < 1e6)
-    step = float(np.median(np.diff(stamps)))
     stated = (FILETIME if dated else "") or says.unit or next(since_1970, "")
     counted = np.all(stamps == np.rint(stamps)) and re.search(r"(?i)(count(er)?|cycle|sample)s?$", data.columns[n].name)
-    unit = stated or ("" if counted else _sure(time_units(step, len(stamps))))
+    unit = stated or ("" if counted else _sure(time_units(float(np.median(np.diff(stamps))), len(stamps))))
     known = 1.0 if stated else 0.5 if data.columns[n].unit else 0.97  # where a header has one that is none, ask
     why = f"it rises {'with every row' if n in uneven else 'evenly'}"
     return Role("time", n, unit, sure, known if unit else 0.0, why)
@@ -385,9 +383,8 @@ def _stamps(data: Samples, t: Real) -> Mask:
 def _is_rounded(stamps: Real) -> bool:
     """Return whether repeated stamps are those of an even clock, rounded to their digits."""
     steps = np.diff(stamps)
-    even = np.linspace(stamps[0], stamps[-1], len(stamps))
     least = steps[steps > 0].min() if np.any(steps == 0.0) else np.spacing(stamps[-1])
-    return bool(np.abs(stamps - even).max() < 2.0 * least)
+    return bool(np.abs(stamps - np.linspace(stamps[0], stamps[-1], len(stamps))).max() < 2.0 * least)
 
 
 _RATE = re.compile(r"(?i)\b(fs|f_s|rate|frequency|freq|sampling|samplerate|abtastrate)\b")
@@ -632,9 +629,8 @@ def _is_difference(data: Samples, n: int, reference: int, position: int) -> bool
     rows = data.rows(1)
     error, y = data.x[rows, reference] - data.x[rows, position], data.x[rows, n]
     slope, level = np.polyfit(error, y, 1) if np.ptp(error) > 1e-9 * np.abs(error).max() else (0.0, 0.0)
-    left = y - slope * error - level
     decade = abs(slope) and abs(np.log10(abs(slope)) - round(np.log10(abs(slope)))) < 0.02
-    return bool(decade and left.var() < 0.1 * y.var())
+    return bool(decade and (y - slope * error - level).var() < 0.1 * y.var())
 
 
 def _actual(data: Samples, members: list[int]) -> tuple[int, int | None, float]:
@@ -866,8 +862,7 @@ class _Motion:
                 span = t[rows + 4 * h] - t[rows]
                 span /= span.max()  # no unit matters below
             v, a = (early + late) / span, (late - early) / span**2
-            fast = np.abs(v) > 0.1 * np.quantile(np.abs(v), 0.98)
-            if fast.sum() < 30:
+            if (fast := np.abs(v) > 0.1 * np.quantile(np.abs(v), 0.98)).sum() < 30:
                 continue
             basis = np.column_stack([np.sign(v), v / np.abs(v).max(), a / (np.abs(a).max() or 1.0), np.ones(len(v))])
             self.bases.append((rows[fast], 4 * h, basis[fast]))

@@ -144,9 +144,8 @@ def spoken(column: Column) -> Spoken:
     if by_name == "force" and _has(name, QUANTITIES["input"]):  # a feedforward (ff) in volts
         by_name, commanded = "input", commanded or _has(name, ("ff",))
     means = by_name or ""
-    by_name = {"current": "force", "load": "force", "duty": "input"}.get(means, by_name)
-    if name.split()[-1:] == ["seq"] or name in ROWS:
-        by_name = "row"
+    is_row = name.split()[-1:] == ["seq"] or name in ROWS
+    by_name = "row" if is_row else {"current": "force", "load": "force", "duty": "input"}.get(means, by_name)
     quantity = by_name if by_unit is None or by_name in {"error", "other"} else by_unit
     if counted:
         unit = "count" if quantity == "force" else None

@@ -122,8 +122,7 @@ def _logged(log: Log) -> list[ModePart]:
         return []
     z = travelled(log)
     turns = find_reversals(z)
-    inside = [int(((a < turns) & (turns < b)).sum()) for a, b in pairwise(edges)]
-    if len(turns) > 1 and max(inside) < 2:
+    if len(turns) > 1 and max(int(((a < turns) & (turns < b)).sum()) for a, b in pairwise(edges)) < 2:
         return []
     onoff = set(np.unique(log.mode)) <= {0.0, 1.0}
     least = 0.01 * float(np.ptp(z))

@@ -47,8 +47,7 @@ def smooth_motion(time: Real, position: Real) -> Motion:
     t, z = np.asarray(time, float), np.asarray(position, float)
     dt = float(np.median(np.diff(t)))
     step = encoder_step(z)
-    moved = np.abs(np.diff(z))
-    if not moved.any():
+    if not (moved := np.abs(np.diff(z))).any():
         raise FricError("the position does not move", hint="Log a motion of many encoder steps.")
     if step < FINE * float(np.median(moved[moved > 0])):
         step = 0.0

@@ -208,9 +208,8 @@ def over_time(strokes: Sequence[tuple[Log, Segment]], *, scattered: bool = False
         return None
     asked = (SCATTERED_RATE, SCATTERED_RATE) if scattered else (LIKELY_RATE, SURE_RATE)
     likely, sure = (abs(rate) > float(stdtrit(freedom, 0.5 * (1.0 + value))) * deviation for value in asked)
-    if not likely or abs(rate) > FASTEST:
-        return None
-    if not 1.0 / SETTLING < late.values[0] / rate < SETTLING:  # what settles changes less and less
+    # what settles changes less and less
+    if not likely or abs(rate) > FASTEST or not 1.0 / SETTLING < late.values[0] / rate < SETTLING:
         return None
     logs = {id(log): log for log, _ in strokes}.values()
     spans = sorted((float(log.time[0]), float(log.time[-1])) for log in logs)
@@ -271,9 +270,8 @@ def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bo
     spread = max(float(np.sum((b - A @ solution) ** 2)) / freedom, 1.0)
     deviations: Real = np.sqrt(spread * np.diag(np.linalg.inv(A.T @ A)))
     order = np.argsort(X[:, 1])
-    apart_by = np.append(False, np.diff(np.log(X[order, 1])) > np.log1p(REPEATED))
     speed = np.empty(len(y), int)
-    speed[order] = np.cumsum(apart_by)
+    speed[order] = np.cumsum(np.append(False, np.diff(np.log(X[order, 1])) > np.log1p(REPEATED)))
     if (count := int(speed.max()) + 1) > FEWEST:
         # a law or a place affects the strokes of one speed equally in both directions: each speed is left out
         without = np.array([np.linalg.lstsq(A[speed != n], b[speed != n], rcond=None)[0] for n in range(count)])

@@ -174,8 +174,7 @@ class Prepared:
 
     def moved(self, late: float) -> Prepared:
         """Return the record with its motion at the instants of the force, which was logged later by a time [s]."""
-        motion = _between(self.motion, self.motion.time - late)
-        motion = replace(motion, time=self.motion.time)
+        motion = replace(_between(self.motion, self.motion.time - late), time=self.motion.time)
         done = replace(self.done, delay=self.done.delay - late)
         return replace(self, motion=motion, used=self.used & between_reversals(motion), done=done)
 

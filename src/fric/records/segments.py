@@ -422,8 +422,7 @@ def settled_from(force: Real) -> tuple[int, bool]:
     left = batches - np.arange(batches)
     total, squares = np.cumsum(means[::-1])[::-1], np.cumsum((means - middle)[::-1] ** 2)[::-1]
     scatter = np.maximum(squares - left * (total / left - middle) ** 2, 0.0)
-    cut = int(np.argmin((scatter / left**2)[: last + 1]))
-    if cut == 0 or not _is_transient(means[:cut], means[cut:]):
+    if (cut := int(np.argmin((scatter / left**2)[: last + 1]))) == 0 or not _is_transient(means[:cut], means[cut:]):
         return 0, True
     quarter = batches // 4
     return int(edges[cut]), cut < last or not _is_transient(means[-2 * quarter : -quarter], means[-quarter:])

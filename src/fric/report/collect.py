@@ -126,8 +126,7 @@ class Item:
 
     def sections(self) -> dict[str, dict[str, Estimate]]:
         """Return its numbers in SI by section; a document without sections is a section of its name."""
-        document = self.document
-        if isinstance(document, AxisDocument):
+        if isinstance(document := self.document, AxisDocument):
             return {self.kind: document.estimates(self.motion)}
         assert isinstance(document, FrictionDocument)
         return {name: document.estimates(name) for name in document.sections()}
@@ -409,8 +408,7 @@ def _test(path: Path) -> ContourTest:
     drawn, prediction = read_drawn(path), read_prediction(path)
     candidates = zip(runs, candidates_of(runs), strict=True)
     contours = tuple(_contour(*item, drawn.get(item[0].scheme.name), prediction) for item in candidates)
-    first = runs[0]
-    if isinstance(first, CircleRun):
+    if isinstance(first := runs[0], CircleRun):
         circle = first.circle
         return ContourTest(*head, circle.feed, circle.radius, circle.direction, QUADRANTS, contours, prediction, runs)
     labels = tuple(f"{'xy'[r.axis]} at ({r.x * 1e3:.3g}, {r.y * 1e3:.3g}) mm" for r in first.contour.reversals)

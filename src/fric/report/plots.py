@@ -48,7 +48,6 @@ from fric.report.collect import Change, Contour, ContourTest, Item, ReportInput
 from fric.units import readable, rotates, si_unit
 
 STROKE = 1.4  # Pixels for a point of a line's width, for every size and zoom of a figure on the page
-_NOTHING = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 _LINES = re.compile(r"(stroke-width|stroke-dasharray|stroke-dashoffset): ([^;\"]+)")
 
 
@@ -70,7 +69,7 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
     # what the script magnifies must have all its points; else points that lie within a fiftieth of one go
     rules = style() | {"svg.fonttype": "none", "path.simplify": not named, "path.simplify_threshold": 0.02}
     with mpl.rc_context(rules), laid_out(figure, DRAWING):
-        figure.savefig(out, format="svg", metadata=_NOTHING)
+        figure.savefig(out, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     width, height = (72 * float(inches) for inches in figure.get_size_inches())
     text = out.getvalue()
     text = text[text.index("<svg") :]
@@ -500,8 +499,7 @@ def q_filter(item: Item, Delta: Perturbation | None) -> PageFigure:
 
 def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> PageFigure | None:
     """Return each relative change with its 95 % interval; None where no number has both."""
-    shown = [change for change in changes if change.relative is not None and change.verdict != "unknown"]
-    if not shown:
+    if not (shown := [change for change in changes if change.relative is not None and change.verdict != "unknown"]):
         return None
     values = np.array([[change.difference, *(change.difference_ci95 or (0.0, 0.0))] for change in shown])
     percent = np.clip(np.nan_to_num(values / np.abs([[change.before] for change in shown]) * 100), -1e4, 1e4)

@@ -261,9 +261,8 @@ def _sketch(guess: Guess, n: int) -> dict[str, Any]:
     low, high = float(values.min()), float(values.max())
     pieces = np.array_split(values, min(SKETCH // 2, len(values)))
     ends = np.concatenate([piece[np.sort([piece.argmin(), piece.argmax()])] for piece in pieces])
-    points = np.round(1000.0 * (ends - low) / ((high - low) or 1.0)).astype(int)
     return {"name": column.name, "unit": column.unit or "", "low": f"{low:.5g}", "high": f"{high:.5g}",
-            "points": points.tolist()}  # fmt: skip
+            "points": np.round(1000.0 * (ends - low) / ((high - low) or 1.0)).astype(int).tolist()}  # fmt: skip
 
 
 MOST_KNOT_REQUEST = 16_384  # Largest size of a request [bytes]

@@ -359,9 +359,8 @@ class LearnResult(Result, schema=circle_findings.LearningDocument, of="found"):
     def report(self) -> list[Piece]:
         """Return the glitch of each round, and of other circles: medians, with the chance of one run."""
         found, test = self.found, self.found.circle
-        rows = []
-        for run in found.rounds:
-            rows.append([run.scheme.title, *(chance.text(digits=2) for chance in (*run.glitches, run.chance()))])
+        runs = [(run.scheme.title, (*run.glitches, run.chance())) for run in found.rounds]
+        rows = [[title, *(chance.text(digits=2) for chance in chances)] for title, chances in runs]
         title = f"{found.machine.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
         pieces: list[Piece] = [Table(["round", "+x", "+y", "-x", "-y", "glitch"], rows, title)]
         carried = [[f"{readable(r, 'm')} at {readable(feed, 'm/s')}", f"{g * 1e6:.2f}"] for r, feed, g in found.carried]

@@ -356,8 +356,7 @@ def _below_a_mode(design: ObserverDesign, frequency: float, Delta: Perturbation)
     """Return the design with Q below a structural mode of which only the frequency is known, by eq. (8)."""
     nyquist, filter = design.cascade.sampling / 2, design.observer.q.name
     mode = model_perturbation(design.plant, nyquist, [StructuralMode(frequency, MODE_DAMPING)])
-    limit = robust_limit(mode, filter)
-    if limit.q is None or limit.q.cutoff >= design.observer.q.cutoff:
+    if (limit := robust_limit(mode, filter)).q is None or limit.q.cutoff >= design.observer.q.cutoff:
         return replace(design, assumed=True)
     held = find_observer(
         design.plant, design.cascade, filter, cutoff=limit.q.cutoff, peak_sensitivity=design.peak_sensitivity,

@@ -181,8 +181,7 @@ def ingest(
             mapping, assume = mapping_of(*known), True
             notices = [MAPPING_BESIDE.found(str(paths[0]), mapping=str(*known))]
     if mapping is None and join and assume:
-        text = proposal(paths, join=True, assume=True)
-        if '"?' in text:
+        if '"?' in (text := proposal(paths, join=True, assume=True)):
             hint = "`fric ingest FILES --join --propose map.yaml` writes a mapping to fill in, for --map."
             raise FricError("a unit is open that no likelihood tells", where=str(paths[0]), hint=hint)
         mapping = read_text(text, MappingDocument)

@@ -52,8 +52,7 @@ def blocks_of(axis: Axis, scheme: Scheme, setting: Setting) -> list[ControlBlock
 
 def _block(name: str, values: Mapping[str, float], setting: Setting, scheme: Scheme) -> ControlBlock:
     """Return a block with values from a file, its tuned parameter from the design where the file does not give it."""
-    kind = block_type(name)
-    if not kind.tuned or kind.tuned in values:
+    if not (kind := block_type(name)).tuned or kind.tuned in values:
         return kind.from_values(values, setting)
     return kind.from_values(vars(_once(design_block, kind, setting, scheme).block) | dict(values), setting)
 

@@ -471,11 +471,9 @@ class RecordedPath:
         span = self.time[-1] - self.time[0]
         refuse_long(span, sampling, axes=2)
         t = np.arange(floor(span * sampling + 1e-6) + 1) / sampling + self.time[0]
-        made = []
-        for values in (self.x, self.y):
-            spline = cubic_spline(self.time, values, "not-a-knot")
-            made.append(Reference(sampling, *(np.ascontiguousarray(spline(t, order)) for order in (0, 1, 2))))
-        return made[0], made[1]
+        along = (cubic_spline(self.time, values, "not-a-knot") for values in (self.x, self.y))
+        x, y = (Reference(sampling, *(np.ascontiguousarray(of(t, order)) for order in (0, 1, 2))) for of in along)
+        return x, y
 
 
 class PathRun(ContourRun[PointPath | RecordedPath, ContourError]):

@@ -84,8 +84,7 @@ def friction_intervals(
         names = ["static_negative"] if prefix else base_names
         for parameter in declared_parameters(part):
             given = (sections[name].get(parameter.name) for name in names if name in sections)
-            estimate = next((estimate for estimate in given if estimate is not None), None)
-            if estimate is not None:
+            if (estimate := next((estimate for estimate in given if estimate is not None), None)) is not None:
                 closed, open_ended = closed_intervals(prefix + parameter.name, estimate)
                 found |= closed
                 refused += open_ended

@@ -143,15 +143,13 @@ class Body:
                     return ir.Field(holder, attr, dict(holder.type.fields)[attr])
                 raise self.refuse(f"'{ast.unparse(node)}' has no counterpart", node)
             case ast.Name() | ast.Attribute():
-                known = self.known(node)
-                if not isinstance(known, (int, float)):
+                if not isinstance(known := self.known(node), (int, float)):
                     raise self.refuse(f"'{ast.unparse(node)}' has no counterpart", node)
                 return self.number(known, node) if isinstance(known, float) else ir.Constant(known, ir.INTEGER)
             case ast.Subscript(value=ast.Name(id=name), slice=index) if isinstance(self.variables.get(name), ir.Array):
                 return self.element(self.variables[name], self.expression(index))
             case ast.UnaryOp(op=ast.USub(), operand=operand):
-                read = self.expression(operand)
-                if isinstance(read, ir.Constant):
+                if isinstance(read := self.expression(operand), ir.Constant):
                     return ir.Constant(-read.value, read.type)
                 assert isinstance(read.type, ir.Scalar)
                 return ir.Operation("negate", (read,), read.type)
@@ -366,8 +364,7 @@ class Body:
             if known != of and not (known == ir.REAL and of == ir.INTEGER):
                 raise self.refuse(f"{target.id} changes its type", target)
             return ir.Name(target.id, known)
-        read = self.expression(target)
-        if not isinstance(read, ir.Element):
+        if not isinstance(read := self.expression(target), ir.Element):
             raise self.refuse(f"'{ast.unparse(target)}' is not a place to write to", target)
         return read
 
@@ -383,8 +380,7 @@ def _returns(node: ast.stmt) -> bool:
 
 def _ends(body: list[ast.stmt]) -> bool:
     """Return whether every way through a block ends in a return."""
-    last = body[-1]
-    if isinstance(last, ast.If):
+    if isinstance(last := body[-1], ast.If):
         return bool(last.orelse) and _ends(last.body) and _ends(last.orelse)
     return isinstance(last, ast.Return)
 

@@ -4,7 +4,6 @@ from fric.export.templates import render
 from fric.export.translate import program as ir
 
 _RESERVED = ir.reserved("st")
-_FUNCTIONS = {"exp": "EXP", "pow": "EXPT", "abs": "ABS", "min": "MIN", "max": "MAX"}
 _OPERATIONS = {
     "negate": "(-{})", "not": "(NOT {})", "to real": "DINT_TO_LREAL({})", "and": "({} AND {})", "or": "({} OR {})",
     "//": "({} / {})", "%": "({} MOD {})", "==": "({} = {})", "!=": "({} <> {})",
@@ -93,7 +92,7 @@ class _StRoutine(ir.Writer):
         return st_number(value)
 
     def function(self, name: str) -> str:
-        return _FUNCTIONS.get(name, self.prefix + name)
+        return {"exp": "EXP", "pow": "EXPT", "abs": "ABS", "min": "MIN", "max": "MAX"}.get(name, self.prefix + name)
 
     def assign(self, target: ir.Name | ir.Element | ir.Field, value: str) -> None:
         self.write(f"{self.expression(target)} := {value};")

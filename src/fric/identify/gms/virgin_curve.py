@@ -293,9 +293,8 @@ def _branches(
         sums = np.zeros((2, len(edges) - 1))
         for sign, end, (a, b) in zip(signs, ends, halves, strict=True):
             q = ratio[a : b + 1]
-            at = 0.5 * sign * (z[a : b + 1] - z[a]) / q
             halved = 0.5 * (sign * force[a : b + 1] - (end - level) + level) / q
-            sums += 0.5 * np.array(_binned(at, halved, edges))
+            sums += 0.5 * np.array(_binned(0.5 * sign * (z[a : b + 1] - z[a]) / q, halved, edges))
         found.append(sums)
     where, table = np.swapaxes(found, 0, 1)
     count = np.isfinite(where).sum(axis=0)
@@ -417,8 +416,7 @@ def fit_blocks(curve: VirginCurve, count: int, begun: list[Real] | None = None) 
     if not sliding:
         left = curve.level - float(k[:-1] @ d)
         d = np.append(d, max(left / k[-1], extent) if k[-1] > 0 else extent)
-    keep = k * d > LEAST_SHARE * float(k @ d)
-    if not keep.any():
+    if not (keep := k * d > LEAST_SHARE * float(k @ d)).any():
         hint = "Look at the sign and the units of the force, and at the plant whose inertia is taken off."
         raise FricError("the virgin curve does not rise: what is left of the force is not friction", hint=hint)
     return Blocks(k[keep], d[keep])
@@ -467,8 +465,7 @@ def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, unit: str = "N") 
     """
     standard_error = np.nan_to_num(curve.band, nan=0.0) / 2.0
     spread = np.sqrt(standard_error**2 + curve.blur**2 + (REPEATABLE * curve.level) ** 2)
-    share = np.gradient(curve.displacement) / curve.step if curve.step else np.ones_like(spread)
-    share = np.clip(share, 0.0, 1.0)
+    share = np.clip(np.gradient(curve.displacement) / curve.step, 0.0, 1.0) if curve.step else np.ones_like(spread)
     number = float(share.sum())
     candidates, rms, criterion = [], [], []
     begun: list[Real] = []

@@ -65,8 +65,7 @@ def find_period(values: Real) -> int | None:
     if r[0] <= 1e-24 * n * max(float(np.max(np.abs(values))), 1e-300) ** 2:
         return None
     r = r / r[0] * (n / (n - np.arange(len(r))))  # of as many products as each lag has
-    below = np.flatnonzero(r < 0)
-    if below.size == 0:
+    if (below := np.flatnonzero(r < 0)).size == 0:
         return None
     r[: below[0]] = 0.0
     best = float(r.max())  # a few high lines almost repeat at a shorter lag, and only almost beyond the noise
@@ -146,8 +145,7 @@ def segment_spectra(
         each shape (n,).
     integrates: False for a force in place of the position.
     """
-    n = len(input) - 1
-    starts = np.arange(0, n - segment + 1, max(segment // 2, 1))
+    starts = np.arange(0, len(input) - segment, max(segment // 2, 1))
     from scipy import signal
 
     window = signal.windows.hann(segment, sym=False)
@@ -211,8 +209,7 @@ def estimate(spectra: Spectra) -> tuple[Complex, Real, Real]:
     at which an ordinary response of as many averages has that deviation.
     """
     R, p = spectra.driver, len(spectra.driver)
-    power = np.sum(np.abs(R) ** 2, axis=0)
-    power = np.maximum(power, 1e-300)
+    power = np.maximum(np.sum(np.abs(R) ** 2, axis=0), 1e-300)
     T_u, T_z = (np.sum(X * R.conj(), axis=0) / power for X in (spectra.input, spectra.position))
     e_u, e_z = spectra.input - T_u * R, spectra.position - T_z * R
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -283,9 +283,8 @@ def _lead(records: Sequence[Prepared], best: Sequence[Real], other: Sequence[Rea
     """
     sums, counts = [], []
     for record, mine, theirs in zip(records, best, other, strict=True):
-        difference = theirs**2 - mine**2
         cuts = record.reversals if len(record.reversals) >= 8 else np.linspace(0, len(mine), 31).astype(int)[1:-1]
-        for piece in np.split(difference, cuts):
+        for piece in np.split(theirs**2 - mine**2, cuts):
             if len(known := piece[np.isfinite(piece)]):
                 sums.append(float(known.sum()))
                 counts.append(len(known))

@@ -27,8 +27,8 @@ from fric.records.over_strokes import PLACES, along_axis, over_place
 from fric.records.preparation import WINDOWS
 from fric.statistics import DIFFERENT, OF_TWO, mixed_model, reach, sandwich
 
-RECORDS = 8  # Least number of records of a single speed each whose levels are separable from the map
 _LEVELS = ("F_c", "F_s")
+RECORDS = 8  # Least number of records of a single speed each whose levels are separable from the map
 FEW_STROKES = 3  # Least number of strokes of a record, at two speeds or more, to separate its level from the map
 
 
@@ -340,13 +340,11 @@ def _shared(known: list[_Stroke]) -> _Shared | None:
     left = residuals(log_C)
     freedom = max(len(left) - 2 * len(known) - 1, 1)
     chi2 = max(float(left @ left) / freedom, 1.0)
-    flat = float(centred @ centred)
-    if chi2 > UNLIKE or (flat - float(left @ left)) / chi2 < GAIN + 2 * len(known):
+    if chi2 > UNLIKE or (float(centred @ centred) - float(left @ left)) / chi2 < GAIN + 2 * len(known):
         return None
     gradient = (residuals(log_C + 1e-3) - residuals(log_C - 1e-3)) / 2e-3
-    label = np.repeat(np.arange(len(known)), counts)
     plain = chi2 * float(stdtrit(freedom, 0.975)) ** 2 / max(float(gradient @ gradient), 1e-12)
-    among = float(sandwich(gradient[:, np.newaxis], left, label)[0, 0])
+    among = float(sandwich(gradient[:, np.newaxis], left, np.repeat(np.arange(len(known)), counts))[0, 0])
     return _Shared(log_C, max(plain, among) ** 0.5, chi2**0.5)
 
 

@@ -71,8 +71,7 @@ def stroke_points(
     points, notices = table_points([record for record in records if isinstance(record, ForceVelocity)], plant)
     without, step = [], force_step(logs)
     for log in logs:
-        found = _points_of(log, average, plant, step)
-        if isinstance(found, str):
+        if isinstance(found := _points_of(log, average, plant, step), str):
             without.append(f"{log.name} ({found})")
         else:
             points += found
@@ -333,7 +332,6 @@ def autocorrelation_time(x: Real, window: float = 5.0) -> float:
 
 Direction = Literal["auto", "both", "each"]
 Form = Literal["auto", "coulomb", "stribeck"]
-OverPosition = Literal["auto", "off", "on"]
 ShapeFactor = float | Literal["auto", "free"]
 Weights = Literal["error", "equal"]
 
@@ -346,7 +344,7 @@ class Asked:
     plant: Plant | None = None
     delta: ShapeFactor = "auto"
     direction: Direction = "auto"
-    over_position: OverPosition = "auto"
+    over_position: Literal["auto", "off", "on"] = "auto"
     weights: Weights = "error"
     average: Average = "robust"
     form: Form = "auto"

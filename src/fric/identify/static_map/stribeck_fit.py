@@ -252,12 +252,11 @@ def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) 
     start, step = np.clip(start, lower, upper), (0.01 if near else 0.05) * (upper - lower)
     if len(start) == 1:
         away = step if start[0] + step[0] <= upper[0] else -step
-        tolerance = (1e-5 if near else 1e-8) / max(float(np.abs(start[0])), 1.0)
         found = minimize_scalar(
             lambda x: cost(np.clip(np.array([x]), lower, upper)),
             bracket=(float(start[0]), float(start[0] + away[0])),
             method="brent",
-            options={"xtol": tolerance},
+            options={"xtol": (1e-5 if near else 1e-8) / max(float(np.abs(start[0])), 1.0)},
         )
         return np.clip(np.array([found.x]), lower, upper)
     within = 1e-5 if near else 1e-9

@@ -213,8 +213,7 @@ class ForeignTable(ABC):
                 where=str(self.path), hint=f"The columns are {listed}.",
             )  # fmt: skip
         for same in (str, plain_name):
-            found = [n for n, column in enumerate(self.columns) if same(column.name) == same(wanted)]
-            if len(found) > 1:
+            if len(found := [n for n, column in enumerate(self.columns) if same(column.name) == same(wanted)]) > 1:
                 raise FricError(
                     f"{len(found)} columns are named '{wanted}'", where=str(self.path),
                     hint=f"Give the index instead: {' or '.join(map(str, found))}, counted from 0.",
@@ -325,8 +324,7 @@ def numbers(values: Any) -> "Real":
     """Return an array as floats: stamps in seconds (since the epoch), NaN where there is none or it is no number."""
     import numpy as np
 
-    found = np.asarray(values)
-    if found.dtype.kind in "mM":
+    if (found := np.asarray(values)).dtype.kind in "mM":
         ticks = found.astype("timedelta64[ns]" if found.dtype.kind == "m" else "datetime64[ns]").astype("i8")
         return np.where(np.isnat(found), np.nan, ticks * 1e-9)
     real = found.dtype.kind in "fiub" and found.ndim == 1

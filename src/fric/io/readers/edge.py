@@ -36,13 +36,12 @@ CHANNELS = (
 """Channels by the names of signals, the better first, and their units on linear and rotary axes."""
 _LINEAR, _ROTARY = re.compile(r"[xyzuvw]\d*|axis[1-3]"), re.compile(r"(?:[abc]|sp?)\d*|axis\d+")
 """Names of axes in small letters; without names, axes 1 to 3 are taken for linear."""
-_ADDRESSES = re.compile(rb"(?:\xef\xbb\xbf)?[^\n]*\b(?:ENC\d?|DES)_POS\|\d")
 
 
 def recognises(path: Path, head: bytes) -> float:
     """A recording is JSON whose header lists its fast signals, or a table under their addresses."""
     listed = head.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(b"{") and b'"SignalListHFData"' in head
-    return 1.0 * (listed or bool(_ADDRESSES.match(head)))
+    return 1.0 * (listed or bool(re.match(rb"(?:\xef\xbb\xbf)?[^\n]*\b(?:ENC\d?|DES)_POS\|\d", head)))
 
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
@@ -56,8 +55,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     else:
         (whole,), names, step = text_tables(path, layout), {}, 0.0
         moves = list(range(len(whole.columns)))
-    addresses = [column.name for column in whole.columns]
-    if "CYCLE" not in addresses:
+    if "CYCLE" not in (addresses := [column.name for column in whole.columns]):
         raise FricError("lacks the column CYCLE", hint="Export the recording again, with CYCLE.")
     found: dict[str, dict[str, int]] = {}
     for n in moves:  # axes that a machine lacks are listed too, and stay at zero

@@ -255,8 +255,7 @@ class _Stream:
                 place = self._part.table.place(block.row + int(np.argmax(odd)), self._part.time)
                 raise FricError("there is a value and no time", where=place, hint="Export the log again.")
             time, values = time[~empty], [value[~empty] for value in values]
-        beyond = ~(np.abs(time) < LARGEST["time"])
-        if beyond.any():
+        if (beyond := ~(np.abs(time) < LARGEST["time"])).any():
             place = self._part.table.place(block.row + int(np.argmax(beyond)), self._part.time)
             raise FricError("the time is beyond all clocks", where=place, hint="Export the log again.")
         if not len(time):

@@ -27,7 +27,6 @@ MOST_LINES = 12_000_000  # Lines of such a text at most: it is held in memory
 LOOKED_AT = 600  # Lines that show how a text is written
 OFTEN = 3.0  # Lines in a row of each name, from which on a name beside a time that never repeats is a state
 RARE = 0.05  # Samples of a channel, relative to those of the most frequent one, below which it is left out
-_QUALITY = re.compile(r"(?i)qualit|status|good|flag")
 _NUMBERED = re.compile(r"(?i)(\b|_)(id|channel|signal|tag|variable|kanal|canale?)(\b|_|$)")
 """The name of a column whose numbers name channels."""
 
@@ -68,8 +67,7 @@ def _listing(head: bytes, layout: Layout) -> _Listing | None:
         every = [text.split(line, delimiter) for line in lines[:-1]]  # the last may be cut
         are = [len(row) == width and any(text.is_number(cell.replace(",", "."), ".") for cell in row) for row in every]
         first = are.index(True) if True in are else len(every)
-        rows = [row for row in every[first:] if len(row) == width]
-        if len(rows) < max(8, 0.9 * (len(every) - first)):
+        if len(rows := [row for row in every[first:] if len(row) == width]) < max(8, 0.9 * (len(every) - first)):
             continue
         points = any(text.is_number(cell, ".") and "." in cell for row in rows for cell in row)
         decimal = layout.decimal or ("." if delimiter == "," or points else ",")
@@ -93,7 +91,9 @@ def _columns(shape: text.Shape, cells: Sequence["pd.Series[Any]"]) -> _Listing |
         elif numbers:
             rest.append(n)
     units = [n for n in words if all(word in {"", "-", "1"} or is_unit(word) for word in cells[n].unique())]
-    names = [n for n in words if n not in units and not _QUALITY.search(shape.columns[n].name)]
+    names = [
+        n for n in words if n not in units and not re.search(r"(?i)qualit|status|good|flag", shape.columns[n].name)
+    ]
     names, units = (names, units[:1]) if names else (units[:1], units[1:2])
     if not names:
         return None
@@ -106,8 +106,7 @@ def _columns(shape: text.Shape, cells: Sequence["pd.Series[Any]"]) -> _Listing |
 
     dates = {n for n in rest if re.search(r"\d[:/-]\d", cells[n].iloc[0])}
     changing = [n for n in rest if steps(n).any()]
-    times = [n for n in changing if max((steps(n) >= 0.0).mean(), (steps(n) <= 0.0).mean()) > 0.98]
-    if not times:
+    if not (times := [n for n in changing if max((steps(n) >= 0.0).mean(), (steps(n) <= 0.0).mean()) > 0.98]):
         return None
     says = [spoken(column).quantity for column in shape.columns]
     time = min(times, key=lambda n: (says[n] != "time", n not in dates, n))

@@ -30,8 +30,6 @@ _V73 = b"MATLAB 7.3 MAT-file"
 MOST_DEPTH, MOST_PARTS = 16, 20_000
 """Largest depth of nested structs and cells, and number of their parts: references can name one part many times."""
 MOST_TEXT = 10_000  # Letters of a text at most
-_V5 = b"MATLAB 5.0 MAT-file"
-_AGAIN = "Save it again, with -v7 or -v7.3."
 _READ = """
 import pickle, sys
 from scipy.io import loadmat
@@ -65,7 +63,7 @@ _PARTED = re.compile(
 
 def recognises(path: Path, head: bytes) -> float:
     """Both versions have a signature in their first bytes; version 4 only its ending."""
-    return 1.0 if head.startswith((_V5, _V73)) else 0.5 * (path.suffix.lower() == ".mat")
+    return 1.0 if head.startswith((b"MATLAB 5.0 MAT-file", _V73)) else 0.5 * (path.suffix.lower() == ".mat")
 
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
@@ -120,7 +118,7 @@ def _load(path: Path, changed: int, size: int) -> dict[str, Any]:
     except (EOFError, pickle.UnpicklingError):
         found = "it ends the program that reads it"
     if isinstance(found, str):
-        raise FricError(f"is not a complete MATLAB file ({found})", hint=_AGAIN)
+        raise FricError(f"is not a complete MATLAB file ({found})", hint="Save it again, with -v7 or -v7.3.")
     return {name: value for name, value in found.items() if not name.startswith("__")}
 
 
@@ -281,8 +279,7 @@ def _titled(variables: Mapping[str, Any]) -> dict[str, Any]:
     names, units = texts.get(False, []), texts.get(True, [])
 
     def titled(value: Any) -> Any:
-        lines = _lines_of(value)
-        if not lines and isinstance(value, list | np.ndarray) and any(map(_lines_of, value)):
+        if not (lines := _lines_of(value)) and isinstance(value, list | np.ndarray) and any(map(_lines_of, value)):
             return [titled(matrix) for matrix in value]  # matrices in cells
         if not names or len({*names}) != len(lines):
             return value

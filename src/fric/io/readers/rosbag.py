@@ -42,8 +42,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
 
     with _bounded(), reader.AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
         topics = [_Topic(path, bag, connection) for connection in bag.connections if connection.msgcount]
-        parts = [SharedClock(topic, 0, label=topic.name) for topic in topics if len(topic.columns) > 1]
-        if not parts:
+        if not (parts := [SharedClock(topic, 0, label=topic.name) for topic in topics if len(topic.columns) > 1]):
             raise FricError("holds no topic of numbers", hint="Record a topic such as /joint_states.")
         yield Joined(path, parts)
 
@@ -112,8 +111,7 @@ class _Topic(ForeignTable):
                 take(message) if take else self._time(at, message)
                 for at, message in islice(messages, MESSAGES) for take in taken
             )  # fmt: skip
-            columns = np.fromiter(values, "f8").reshape(-1, len(taken)).T
-            if not columns.size:
+            if not (columns := np.fromiter(values, "f8").reshape(-1, len(taken)).T).size:
                 return
             yield RowBlock(row, [np.ascontiguousarray(column) for column in columns], 8 * columns.size)
             row += columns.shape[1]

@@ -69,8 +69,7 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a trace: a table an axis, where signals name their axis; signals of different rates get a common clock."""
-    trace = _Trace(regular(path, MOST_BYTES))
-    if not trace.signals or not len(trace.time):
+    if not (trace := _Trace(regular(path, MOST_BYTES))).signals or not len(trace.time):
         raise FricError("holds no samples" if trace.signals else "names no signal", hint=AGAIN)
     time, values = np.frombuffer(trace.time), np.frombuffer(trace.values).reshape(len(trace.time), -1)
     values = np.where(values > NO_VALUE, np.nan, values)

@@ -121,8 +121,7 @@ def _fields(values: Any) -> Any:
 @lru_cache(maxsize=2)
 def _of_text(path: Path, changed: int, size: int) -> Any:
     """Return what a text holds, read once while it is not changed: a log is looked at several times."""
-    text = path.read_text(encoding="utf-8-sig", errors="replace")
-    if text.startswith(_OCTAVE.decode()):
+    if (text := path.read_text(encoding="utf-8-sig", errors="replace")).startswith(_OCTAVE.decode()):
         return _of_octave(text)
     if text.startswith(_CODESYS.decode()):
         parts = re.split(r"(?m)^\d+\.Variable; *(.*?) *$", text)[1:]  # names, and samples below each

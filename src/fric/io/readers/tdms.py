@@ -67,8 +67,7 @@ def _table(
             parts.append(SharedClock(Memory(path, (Column("time", "s"), *columns), [time, *data]), 0, label=name))
             continue
         table = Memory(path, columns, data)
-        at = next((n for n, column in enumerate(columns) if named_as(column) == "time"), None)
-        if at is None:
+        if (at := next((n for n, column in enumerate(columns) if named_as(column) == "time"), None)) is None:
             without.append(table)
         else:
             parts.append(SharedClock(table, at, factor=factor(columns[at].unit or "s", "time"), label=name))

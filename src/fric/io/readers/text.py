@@ -43,10 +43,8 @@ _GROUPED = {
 """Numbers with them that have no other reading: 1,234 alone may have a fraction."""
 _KANJI = re.compile(rb"[\x81-\x9f][\x40-\xfc]")
 """Pairs of bytes of Japanese text, whose first are control characters in Latin-1."""
-_LINE_END = re.compile(r"\r\n|\n|\r")
 _SPACED = re.compile(r'"[^"]*"|[^\s\[(]\S*(?:\s*\[[^\]]*\]|\s*\([^)]*\))?|\S+')
 """A cell between spaces; a unit in brackets belongs to the name before it."""
-_MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _NUMBER_OF = re.compile(r"(?i)(\b|_)(id|joint|motor|axis|node|servo|channel|achse|gelenk)(\b|_|$)")
 """The name of a column that says of which motor a row is."""
 _NUMBERED = re.compile(r"[#%\s]*((?:[A-Za-z][A-Za-z _]*?)?)[ _]?(\d{1,3})\s*[=:]\s*(\S.*)")
@@ -75,7 +73,7 @@ class Shape:
 
 def encoding_of(head: bytes) -> str:
     """Return the encoding: by its mark, else UTF-8 or Japanese where that fits, else Latin-1."""
-    for mark, encoding in _MARKS:
+    for mark, encoding in ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
         if head.startswith(mark):
             return encoding
     whole = head[: head.rfind(b"\n") + 1 or len(head)]
@@ -125,15 +123,14 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     """
     encoding = layout.encoding or encoding_of(head)
     try:
-        lines = _LINE_END.split(head.decode(encoding, errors="replace").replace(MINUS, "-"))
+        lines = re.split(r"\r\n|\n|\r", head.decode(encoding, errors="replace").replace(MINUS, "-"))
     except LookupError:
         raise FricError(f"'{encoding}' is not an encoding", hint="Say utf-8, latin-1 or utf-16.") from None
     if not whole or not lines[-1]:
         lines.pop()  # cut in the middle, or the text behind the last line's end
     start = layout.skip
     if layout.data_after is not None:
-        ends = [n for n, line in enumerate(lines) if n >= start and line.startswith(layout.data_after)]
-        if not ends:
+        if not (ends := [n for n, line in enumerate(lines) if n >= start and line.startswith(layout.data_after)]):
             raise FricError(f"no line starts with '{layout.data_after}'",
                             hint="Mend `data_after` in the mapping, or leave it out.")  # fmt: skip
         start = ends[0] + 1

@@ -48,8 +48,7 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
     read(sensed, axis.encoder.resolution, sensing_of(axis))
     voltage = _averaged(run.input, taken - flaws.clock.input * sampling, divider)
     behind = low_passed(run.input, flaws.force.filter, sampling)
-    force = _averaged(behind, taken - flaws.force.lag * sampling, divider)
-    force = axis.plant.K_f * force + noise
+    force = axis.plant.K_f * _averaged(behind, taken - flaws.force.lag * sampling, divider) + noise
     if flaws.noise is not None:
         force += _coloured(rng, count, flaws.noise, sampling / divider)
     stamp = (taken if flaws.clock.stamped else even) - first
