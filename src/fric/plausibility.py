@@ -50,8 +50,7 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
             step = min(8, len(log) // 4)
             moved = log.position[step:] - log.position[:-step]
             between = np.append(0.0, np.cumsum(0.5 * (log.velocity[1:] + log.velocity[:-1]) * np.diff(log.time)))
-            travel = between[step:] - between[:-step]
-            if np.any(travel) and np.any(moved):
+            if np.any(travel := between[step:] - between[:-step]) and np.any(moved):
                 ratio = float(np.sqrt((moved @ moved) / (travel @ travel)))
                 yield Finding("travel", ratio, motion, where)
         if log.position is not None and log.reference is not None and np.ptp(log.reference) and np.ptp(log.position):

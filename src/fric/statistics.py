@@ -25,8 +25,7 @@ def robust_deviation(deviations: Real | Complex) -> float:
 
 def rms(values: Real) -> float:
     """Return the root mean square of those of these values, shape (n,), that are known; NaN of none."""
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
+    return float(np.sqrt(np.mean(known**2))) if len(known := values[np.isfinite(values)]) else float("nan")
 
 
 def memory(series: Real | Complex) -> float:

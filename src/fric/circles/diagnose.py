@@ -369,8 +369,7 @@ def _lag(
     tails, _, bent = tails_of(beyond, size, fit.fade, fit.bend)  # each bent by itself: one axis' share alone
     columns = np.column_stack([speed, np.ones(len(along)), np.cos(along), np.sign(speed), tails, bent])
     values, *_ = np.linalg.lstsq(columns, error, rcond=None)
-    residual = error - columns @ values
-    if np.ptp(residual) <= 1e-12 * max(float(np.ptp(error)), 1e-15):
+    if np.ptp(residual := error - columns @ values) <= 1e-12 * max(float(np.ptp(error)), 1e-15):
         return float(values[0]), 0.0, 1
     variance = float(covariance_of(columns, residual, segments)[0, 0])
     return float(values[0]), variance**0.5, max(len(segments) - 1, 1)
@@ -698,9 +697,7 @@ def agreement(
         agrees[name] = found.ci95[0] <= high and found.ci95[1] >= low
         if not agrees[name]:
             causes[name] = _cause(found, said, pulses[name], other[name])
-    warnings = []
-    if intervals is None:
-        warnings.append(PREDICTION_WITHOUT_INTERVAL.found())
+    warnings = [PREDICTION_WITHOUT_INTERVAL.found()] if intervals is None else []
     if causes:
         words = "; ".join(
             f"{name} {measured.glitches[name].value * 1e6:+.1f} µm measured, "
@@ -731,8 +728,7 @@ def _cause(found: Glitch, said: Glitch, pulse: GlitchPulse, other: GlitchPulse) 
     for w in np.geomspace(0.3, 3.0, 25):
         for d in np.linspace(-1.5, 1.5, 25) * half:
             p = np.interp((grid - d) / w, phi, mean, left=0.0, right=0.0)
-            power = float(p @ p)
-            g = float(p @ seen) / power if power > 0 else 0.0
+            g = float(p @ seen) / power if (power := float(p @ p)) > 0 else 0.0
             cost = float(np.sum((seen - g * p) ** 2)) * (1 + 1e-3 * (log(w) ** 2 + (d / half) ** 2))
             best = min(best, (cost, g, w, d / half), key=lambda candidate: candidate[0])
     _, g, w, d = best

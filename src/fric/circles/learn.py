@@ -113,10 +113,8 @@ def learn_from(
             fed, limit = (readable(value, si_unit("input", axis.motion)) for value in (most, axis.cascade.limit))
             what = f"axis {name} would feed {fed} forward, and its limit is {limit}"
             raise FricError(what, where=test.where, hint="Is the nominal plant that of this machine?")
-    warnings = [flaws.LEARNED_FROM_ONE_CIRCLE.found()]
-    if how.share < 1 and before is None:
-        warnings.append(flaws.NOTHING_FED_BEFORE.found(share=how.share))
-    return LearnedFeedforward(test, how, time, wanted, voltage, tuple(warnings))
+    beside = (flaws.NOTHING_FED_BEFORE.found(share=how.share),) if how.share < 1 and before is None else ()
+    return LearnedFeedforward(test, how, time, wanted, voltage, (flaws.LEARNED_FROM_ONE_CIRCLE.found(), *beside))
 
 
 OTHERS = ((1.0, 0.5), (2 / 3, 1.0))

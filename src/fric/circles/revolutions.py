@@ -90,8 +90,7 @@ def _circle_in(part: slice, time: Real, x: Real, y: Real) -> FoundCircle | None:
     ):
         return None
     angle = np.unwrap(np.arctan2(y - b, x - a))
-    turned = float(angle[-1] - angle[0])
-    if abs(turned) < 2 * pi - 1e-3:
+    if abs(turned := float(angle[-1] - angle[0])) < 2 * pi - 1e-3:
         return None
     inside = steady(time, angle)
     rate = np.ptp(angle[[inside.start, inside.stop - 1]]) / np.ptp(time[[inside.start, inside.stop - 1]])

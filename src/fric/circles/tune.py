@@ -7,6 +7,7 @@ interval; `tune` refits friction, plant and delay.
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from math import exp, floor, log10
@@ -279,10 +280,8 @@ def circle_again(test: MeasuredCircle, n: int, before: Mapping[str, Axis], tuned
         axes[name] = replace(old, plant=true.plant, friction=true.friction, load=true.load, nominal=nominal)
     found = []
     for scheme in [test.scheme] if test.scheme in PAPER_SCHEMES else "fca":
-        try:
+        with suppress(FricError):  # an axis without observer, or a loop that the plant found does not leave stable
             found.append(_chance(test, axes, PAPER_SCHEMES[scheme]))
-        except FricError:  # an axis without observer, or a loop that the plant found does not leave stable
-            continue
     seen = measured_glitch(test)
     return min(found, key=lambda chance: abs(chance.median - seen), default=Chance((seen,), 0.0))
 

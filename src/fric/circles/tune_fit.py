@@ -681,8 +681,7 @@ class TunedAxis:
     @property
     def parameters(self) -> dict[str, Estimate]:
         """Friction and plant by name, with their intervals; empty where the result is no machine."""
-        found = self.estimates
-        return {} if found is None else {**found.static, **found.gms, **found.plant}
+        return {} if (found := self.estimates) is None else {**found.static, **found.gms, **found.plant}
 
 
 FEEDS_APART = 3.0  # Ratio of the feeds of two circles above which they hold different information
@@ -858,8 +857,7 @@ def _of_either(half_kept: float, moved: float, half: float, level: float) -> flo
     Half-widths are of 95 %; that about 0 may be 0, as where a parameter was kept.
     """
     centres, deviations = np.array([0.0, moved]), np.maximum([half_kept, half], 1e-12) / ndtri(0.975)
-    ends = centres + deviations * ndtri(level)
-    if np.ptp(ends) == 0:
+    if np.ptp(ends := centres + deviations * ndtri(level)) == 0:
         return float(ends[0])
     return float(brentq(lambda x: np.mean(ndtr((x - centres) / deviations)) - level, ends.min(), ends.max()))
 

@@ -163,8 +163,7 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
         if section == "at_speed":
             return quantities(given, {"velocity": "velocity", "force": "force"}, self.motion, section)
         name = section.removesuffix("_negative")
-        model = model_type(name)
-        dimensions = {p.name: p.dimension for p in model.parameters} if model else {}
+        dimensions = {p.name: p.dimension for p in model.parameters} if (model := model_type(name)) else {}
         if name == "static":
             dimensions["offset"] = "force"
         return quantities(given, dimensions, self.motion, section)
@@ -320,8 +319,7 @@ def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[st
     kept: The file that its static map is from: its sections stay.
     """
     name, force = fit.model.name, si_unit("force", fit.motion)
-    content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion}
-    content |= {} if kept is None else kept.content()
+    content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion} | ({} if kept is None else kept.content())
     content |= {key: section for key, section in fit.estimates.items() if key == name or kept is None}
     content[f"{name}_fit"] = {
         "rmse": Estimate(fit.rmse, force),

@@ -138,10 +138,7 @@ def plain(tree: Any) -> Any:
             return {str(key): taken(value, depth + 1) for key, value in node.items()}
         if isinstance(node, list | tuple):
             return [taken(value, depth + 1) for value in node]
-        for scalar in (bool, int, float, str):
-            if isinstance(node, scalar):
-                return scalar(node)
-        return node
+        return next((scalar(node) for scalar in (bool, int, float, str) if isinstance(node, scalar)), node)
 
     return taken(tree, 0)
 

@@ -79,12 +79,10 @@ def mat_files(part: ExportedPart) -> Files:
         for name, quantity in values.items():
             if isinstance(quantity["value"], tuple):
                 sections[section][name] = np.asarray(quantity["value"], float)
-    packed = io.BytesIO()
-    writable: Any = packed
-    savemat(writable, {"fric": sections | {"steady": steady_table(part)}}, long_field_names=True)
-    data = packed.getvalue()
-    head = b"MATLAB 5.0 MAT-file, made by fric"
-    return {f"{name_of(part)}.mat": head + b" " * (116 - len(head)) + data[116:]}  # the date is not of the content
+    packed: Any = io.BytesIO()
+    savemat(packed, {"fric": sections | {"steady": steady_table(part)}}, long_field_names=True)
+    head = b"MATLAB 5.0 MAT-file, made by fric".ljust(116)  # the date is not of the content
+    return {f"{name_of(part)}.mat": head + packed.getvalue()[116:]}
 
 
 def xlsx_files(part: ExportedPart) -> Files:

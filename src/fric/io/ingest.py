@@ -186,10 +186,8 @@ class Signs:
 
     def against(self) -> str:
         """Return the channel with the wrong sign: ``force``, ``velocity``, or none."""
-        for name, (total, size) in (("velocity", self.agreement), ("force", self.work)):
-            if size > 0 and total < -0.5 * size:
-                return name
-        return ""
+        found = (("velocity", *self.agreement), ("force", *self.work))
+        return next((name for name, total, size in found if size > 0 and total < -0.5 * size), "")
 
 
 def _summed(values: Real) -> Real:

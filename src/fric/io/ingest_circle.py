@@ -151,9 +151,8 @@ def _by_content(table: ForeignTable, sampling: float | None) -> tuple[ColumnPlan
             origins[f"{axis}.reference"] = Origin(reference[k], 1e-3)
         origins[f"{axis}.position"] = Origin(position[k], 1e-3)
     of_reference = " and ".join(map(str, reference)) if reference else ""
-    of_position = " and ".join(map(str, position))
-    notice = COLUMNS_BY_CONTENT.found(str(table.path), reference=of_reference, position=of_position)
-    return ColumnPlan("linear", origins), [notice]
+    columns = {"reference": of_reference, "position": " and ".join(map(str, position))}
+    return ColumnPlan("linear", origins), [COLUMNS_BY_CONTENT.found(str(table.path), **columns)]
 
 
 def _is_circle(x: Real, y: Real) -> float:
@@ -308,8 +307,7 @@ def _ball_bar(channels: dict[str, Real], stated: StatedCircle, source: str, dige
         feed = rounded(abs(float(np.median(np.diff(angle) / np.diff(channels["time"])))) * stated.radius)
     if feed is None:
         raise FricError("a ball bar's deviation does not tell the feed", where=source, hint="Say `feed='100 mm/s'`.")
-    covered = float(angle[-1] - angle[0])
-    if abs(covered) < 2 * pi - 0.02:
+    if abs(covered := float(angle[-1] - angle[0])) < 2 * pi - 0.02:
         raise FricError(
             f"the angle covers {np.degrees(abs(covered)):.0f}°, and a whole revolution is needed", where=source,
             hint="Is its unit right? Record a revolution and more.",

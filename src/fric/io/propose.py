@@ -314,8 +314,7 @@ def _part(guess: Guess, assume: bool) -> list[str]:
     force = axis.roles.get("force")
     plain = force is not None and not (assume or _known_unit(force, axis.motion))
     motion = axis.motion.partition("/")[0] if plain else axis.motion
-    unit = motion.partition("/")[2]
-    of_force = f"/{unit}: its forces are in {unit}" if unit else ""
+    of_force = f"/{unit}: its forces are in {unit}" if (unit := motion.partition("/")[2]) else ""
     lines = [
         f"axis: {axis.name or 'x'}                     # {'by the names' if guess.named else 'guessed'}",
         f"motion: {motion}                # or {other}{of_force}",

@@ -329,8 +329,7 @@ _ORDER = (_of_rate, _of_column, _of_poles, _of_units, _of_force, partial(_of_rat
 def _column(guess: Guess, n: int | None) -> Real:
     """Return the first values of a column that are numbers."""
     values = np.concatenate([block.columns[0] for block in guess.table.read([n or 0])])
-    values = values[np.isfinite(values)]
-    return values if len(values) else np.zeros(1)
+    return values if len(values := values[np.isfinite(values)]) else np.zeros(1)
 
 
 def picture(values: Real, width: int = 60, height: int = 8) -> list[str]:

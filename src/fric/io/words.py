@@ -55,8 +55,7 @@ def axis_of(*names: str) -> str | None:
 
 def axis_of_file(path: Path) -> str | None:
     """Return the axis x, y or z that the name of a file shows, as ``Y_axis.csv``; other letters may be of runs."""
-    name = axis_of(path.name.split(".")[0])
-    return name if name in {*"xyz"} else None
+    return name if (name := axis_of(path.name.split(".")[0])) in {*"xyz"} else None
 
 
 def measures(column: Column, channel: str) -> bool:
@@ -341,8 +340,7 @@ def time_units(step: float, rows: int) -> dict[str, float]:
     """Return the units that a clock may have by its steps: samplings from 20 µs to 0.2 s are usual."""
     found = {}
     for unit, size in TIME_UNITS.items():
-        dt = step * size
-        outside = max(log(2e-5 / dt), log(dt / 0.2), 0.0) if dt > 0 else 99.0
+        outside = max(log(2e-5 / dt), log(dt / 0.2), 0.0) if (dt := step * size) > 0 else 99.0
         long = max(log(max(dt * rows, 1e-12) / 2e4), log(0.3 / max(dt * rows, 1e-12)), 0.0)
         weight = exp(-1.5 * outside - 1.0 * long) * {"s": 0.5, "ms": 0.35, "us": 0.12, "ns": 0.03}[unit]
         if unit == "s" and step == 1.0:

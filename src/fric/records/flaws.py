@@ -445,8 +445,7 @@ def _coarse_force(logs: Sequence[Log]) -> list[Notice]:
     levels = [np.unique(log.force) for log in logs if log.force is not None]
     if not levels or sum(map(len, levels)) > COARSE * len(levels):  # noise of the channel itself is finer
         return []
-    forces = np.unique(np.concatenate(levels))
-    step = float(np.min(np.diff(forces))) if len(forces) > 1 else 0.0
+    step = float(np.min(np.diff(forces))) if len(forces := np.unique(np.concatenate(levels))) > 1 else 0.0
     coarse = 0.0 < float(np.ptp(forces)) <= COARSE * step
     return [channel.FORCE_COARSE.found(step=Estimate(step, logs[0].unit("force")))] * coarse
 

@@ -182,8 +182,7 @@ def cycle_energies(position: Real, force: Real, reversals: Indices) -> Real:
     reversals: Samples at which the motion reverses.
     """
     work = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(position)))
-    ends = reversals[::2]
-    return np.asarray(np.diff(work[ends])) if len(ends) > 1 else np.zeros(0)
+    return np.asarray(np.diff(work[ends])) if len(ends := reversals[::2]) > 1 else np.zeros(0)
 
 
 def energy_per_cycle(energies: Real, motion: Motion) -> Estimate | None:
@@ -352,8 +351,7 @@ def inspect_response(record: FrequencyResponse) -> ResponseInspection:
     coherence = None if record.coherence is None else float(np.min(record.coherence))
     decades = float(np.log10(frequency[-1] / frequency[0]))
     good = len(frequency) >= 8 and decades >= 1.0
-    why = f"{len(frequency)} frequencies over {decades:.1f} decades"
-    why += "" if good else ": 8 over one decade are needed"
+    why = f"{len(frequency)} frequencies over {decades:.1f} decades" + ": 8 over one decade are needed" * (not good)
     return ResponseInspection.of(
         record, kind="frequency-response", stated=True, uses=(Use("plant", good, why),), points=len(frequency),
         low=float(frequency.min()), high=float(frequency.max()), coherence=coherence,
@@ -516,8 +514,8 @@ def _gms_use(found: Inspection, seen: float, stairs: Staircase | None) -> Use:
     if stairs is not None and stairs.step < FINE * stairs.count:
         counts = f"{stairs.step / stairs.count:.1f} steps of the encoder, or of its noise"
         return Use(purpose, False, f"a micro-step is {counts}: {FINE:.0f} are needed, so take larger steps")
-    text = f"{len(found.reversals) - 1} branches"
-    text += f" of {2 * amplitude / step:.0f} steps of the encoder" if step else ""
+    steps = f" of {2 * amplitude / step:.0f} steps of the encoder" if step else ""
+    text = f"{len(found.reversals) - 1} branches{steps}"
     if found.slope is not None and found.slope > RISES:
         text += "; none of them slides: F_s takes `static=`, or a larger amplitude"
     return Use(purpose, True, text)

@@ -129,10 +129,8 @@ def _logged(log: Log) -> list[ModePart]:
     found = []
     for a, b in pairwise(map(int, edges)):
         value = float(log.mode[a])
-        if 0 <= value < len(log.labels):
-            name = log.labels[int(value)]
-        else:
-            name = ("off", "on")[int(value)] if onoff else f"mode {value:g}"
+        plain = ("off", "on")[int(value)] if onoff else f"mode {value:g}"
+        name = log.labels[int(value)] if 0 <= value < len(log.labels) else plain
         if b - a >= SHORTEST and np.ptp(z[a:b]) > least:
             found.append(ModePart(name, a, b, logged=True))
     return found

@@ -298,5 +298,4 @@ def spectral_lines(signal: Real) -> float:
     n = len(signal)
     slope, level = np.polyfit(np.arange(n), signal, 1)
     power = np.abs(np.fft.rfft((signal - slope * np.arange(n) - level) * np.hanning(n))) ** 2
-    total = float(power.sum())
-    return float(1.0 / ((power / total) ** 2).sum()) if total > 0.0 else 0.0
+    return float(1.0 / ((power / total) ** 2).sum()) if (total := float(power.sum())) > 0.0 else 0.0

@@ -141,8 +141,7 @@ eight bits that is clipped shows 256, and friction along a motion varies by half
 
 def counts(values: Real) -> float | None:
     """Return the step in which a force or voltage was logged; 0 if that is only the last digit."""
-    step = lattice_step(values)
-    return None if step is None or step < 1e-6 * float(np.ptp(values)) else step
+    return None if (step := lattice_step(values)) is None or step < 1e-6 * float(np.ptp(values)) else step
 
 
 def clipped(values: Real) -> Mask:

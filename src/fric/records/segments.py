@@ -58,8 +58,7 @@ class Path:
 
     def rounded(self, distance: Real) -> Real:
         """Return distances [m] without their last bits: of whole counts, many equal each other or a tolerance."""
-        grain = GRAIN * self.resolution
-        return (distance / grain).round() * grain if grain else distance
+        return (distance / grain).round() * grain if (grain := GRAIN * self.resolution) else distance
 
     def tolerance(self, start: int, stop: int) -> float:
         """Return the distance from the chord [m] above which the velocity of a piece is not constant."""
@@ -445,8 +444,7 @@ def _mean_se(batches: Real) -> float:
     centred = batches - batches.mean()
     n = len(centred)
     covariance = np.correlate(centred, centred, "full")[n - 1 : n - 1 + max(n // 4, 1)] / n
-    negative = np.flatnonzero(covariance <= 0.0)
-    upto = int(negative[0]) if len(negative) else len(covariance)
+    upto = int(negative[0]) if len(negative := np.flatnonzero(covariance <= 0.0)) else len(covariance)
     return float(np.sqrt(max(covariance[0] + 2.0 * covariance[1:upto].sum(), 0.0) / max(n - 1, 1)))
 
 

@@ -181,8 +181,7 @@ def _stated(guess: Guess, asked: Mapping[str, Any]) -> Guess:
         if not (unit := _word(row.get("unit", ""), "unit")):
             hint = "Give the unit, or the size of a step: 0.0879 deg."
             raise FricError(f"'{name}' ({channel}) has no unit", hint=hint)
-        known = guess.axis.roles.get(channel)
-        turn = known.turn if known and known.column == column else 0.0
+        turn = known.turn if (known := guess.axis.roles.get(channel)) and known.column == column else 0.0
         sign = -1 if row.get("turned") else 1
         roles[channel] = Role(channel, column, unit, 1.0, 1.0, "as stated", sign, turn=turn)
     if "time" not in roles:

@@ -116,8 +116,7 @@ def summary_of(
     files = [Path(inputs.machine).name] if inputs.machine else []
     files += [*(item.source for item in inputs.items), *(test.source for test in inputs.tests)]
     files += [*(circle.source for circle in inputs.circles), *(name for name, _ in inputs.logs + inputs.maps)]
-    files += [*(item.source for item in inputs.replaced), *(before.source for before, _ in inputs.pairs)]
-    files += [before.source for before, _ in inputs.test_pairs]
+    files += [item.source for item in (*inputs.replaced, *(before for before, _ in inputs.pairs + inputs.test_pairs))]
     made = datetime.fromisoformat(str(provenance()["created"]))
     facts = [("machine", machine)] if machine else []
     axes = dict.fromkeys([*inputs.axes(), *(name for test in inputs.tests for name in test.axes)])
@@ -495,8 +494,7 @@ def micrometres(length: float | None, *, sign: bool = False) -> str:
 
 def percent(share: float) -> str:
     """Return a relative difference in per cent with its sign: ``percent(-0.021) == "−2.1 %"``."""
-    text = f"{100 * share:+.1f} %"
-    return "0.0 %" if text in {"+0.0 %", "-0.0 %"} else minus(text)
+    return "0.0 %" if (text := f"{100 * share:+.1f} %") in {"+0.0 %", "-0.0 %"} else minus(text)
 
 
 def limit(value: float, unit: str) -> str:

@@ -143,8 +143,7 @@ def told_alone(notices: Iterable[Notice]) -> list[Notice]:
 
 def named(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "") -> Table:
     """Return a table of symbols in its first column, with a last column of their plain names."""
-    names = plain_names(row[0] for row in rows)
-    if not any(names):
+    if not any(names := plain_names(row[0] for row in rows)):
         return Table(columns, rows, title)
     return Table((*columns, NAMES), [(*row, f"  {name}") for row, name in zip(rows, names, strict=True)], title)
 

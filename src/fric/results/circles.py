@@ -66,8 +66,7 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
 
     def _glitches(self) -> Table:
         found, held, test = self.found, self.held, self.found.test
-        columns = ["glitch", "µm", "95 %", "width mm", "place mm"]
-        columns += ["predicted", "95 %", "agrees"] if held else []
+        columns = ["glitch", "µm", "95 %", "width mm", "place mm"] + (["predicted", "95 %", "agrees"] if held else [])
         rows = []
         for name, glitch in found.glitches.items():
             shown, text = in_digits(glitch.value, glitch.ci95, 1e6)
@@ -116,15 +115,17 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
         rows = []
         for what, unit, offset in (("centre", "µm", 0.0), ("scale", "ppm", 1.0), ("backlash", "µm", 0.0)):
             rows += [_row(f"{what} {name}", geometry[f"{what}.{name}"], unit, offset) for name in found.test.names]
-        rows.append(_row("mismatch of the loops", geometry["mismatch"], "µm"))
-        rows.append(_row("squareness", geometry["squareness"], "µrad"))
+        rows += [
+            _row("mismatch of the loops", geometry["mismatch"], "µm"),
+            _row("squareness", geometry["squareness"], "µrad"),
+        ]
         rows += [_row(f"lag {name}", lag, "µs") for name, lag in found.lag.items()]
         for line, amplitude in found.periodic:
             text = f"repeats every {readable(line.pitch, 'm')} of {found.test.names[line.axis]}"
             rows.append(_row(text, amplitude, "µm"))
         figures = found.figures
-        plain: list[tuple[str, float | None, int]] = [("residual, rms", found.rest, 3)]
-        plain += [("between revolutions", found.scatter, 3)]
+        plain: list[tuple[str, float | None, int]]
+        plain = [("residual, rms", found.rest, 3), ("between revolutions", found.scatter, 3)]
         plain += [(f"circular deviation G {'ccw' if sense > 0 else 'cw'}", G, 2) for sense, G in figures.G.items()]
         plain += [("bidirectional G(b)", figures.G_b, 2), ("mean bidirectional D", figures.D, 2)]
         plain += [("radial deviation F max", figures.F_max, 2), ("radial deviation F min", figures.F_min, 2)]
@@ -269,8 +270,7 @@ class TuneResult(Result, schema=circle_findings.TuningDocument):
 
     def brief(self) -> str:
         """Return the expected glitch of the next circle."""
-        ahead = self.found.predicted
-        best = min(ahead, key=lambda circle: circle.glitch) if ahead else None
+        best = min(ahead, key=lambda circle: circle.glitch) if (ahead := self.found.predicted) else None
         return "" if best is None else f"next circle with ({best.scheme}): {readable(best.glitch, 'm', 2)}"
 
     def report(self) -> list[Piece]:
@@ -279,8 +279,7 @@ class TuneResult(Result, schema=circle_findings.TuningDocument):
         for name, axis in self.found.axes.items():
             unit = si_unit("input", axis.axis.motion)
             before, after = (readable(fitted.rms, unit) for fitted in (axis.before, axis.after))
-            title = f"axis {name}: {before} left of the input, {after} when tuned"
-            title += "" if axis.improves else "; refused"
+            title = f"axis {name}: {before} left of the input, {after} when tuned" + "; refused" * (not axis.improves)
             pieces += [named(["", "value", "95 %", "unit"], estimate_rows(axis.parameters), title), ""]
         rows = [
             [

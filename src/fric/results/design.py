@@ -305,10 +305,9 @@ def design_observer(
     """
     document = document_of(PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
-    warnings: list[Notice] = [*document.passed_on()]
-    if (cascade := cascade_of(controller, axis, motion, "plant")) is None:
-        cascade = design_cascade(linear).cascade
-        warnings.append(CONTROLLER_BY_DEFAULT.found())
+    known = cascade_of(controller, axis, motion, "plant")
+    warnings = [*document.passed_on(), *([] if known else [CONTROLLER_BY_DEFAULT.found()])]
+    cascade = known or design_cascade(linear).cascade
     modes = [mode if isinstance(mode, StructuralMode) else _resonance(str(mode)) for mode in resonances]
     mode, given = quantity(first_mode, "frequency"), cutoff or bandwidth
     if modes or given:
@@ -479,10 +478,9 @@ def design_block(
         raise FricError(f"'{name}' is designed by another command", hint=f"Use fric design {other}.")
     document = document_of(PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
-    warnings: list[Notice] = []
-    if (cascade := cascade_of(controller, axis, motion, "plant")) is None:
-        cascade = design_cascade(linear).cascade
-        warnings.append(CONTROLLER_BY_DEFAULT.found())
+    known = cascade_of(controller, axis, motion, "plant")
+    warnings = [] if known else [CONTROLLER_BY_DEFAULT.found()]
+    cascade = known or design_cascade(linear).cascade
     models: Mapping[str, FrictionModel] = {}
     K_f, spans = float("nan"), dict[str, tuple[float, float]]()
     if (given := friction_of(friction, axis, motion)) is not None:

@@ -81,8 +81,7 @@ class CircleResult(Result, schema=CircleResultDocument):
     def report(self) -> list[Piece]:
         """Return what each scheme leaves in the quadrants, or how its glitch is distributed."""
         test = self.runs[0].circle
-        where = f"{readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
-        where += ", clockwise" if test.direction < 0 else ""
+        where = f"{readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}" + ", clockwise" * (test.direction < 0)
         where += f", {self.only} alone; glitches in µm" if self.only else "; glitches in µm"
         if self.many is not None:
             fitted = " fitted to the measured circle" * bool(self.prediction and self.prediction.measured)
@@ -246,9 +245,7 @@ class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
     @property
     def warnings(self) -> Sequence[Notice]:
         """Warnings of the machine's files, and where schemes could not run."""
-        notices: list[Notice] = []
-        if self.cut_short:
-            notices.append(INTERRUPTED.found(done=self.done, circles=len(self.found.cells)))
+        notices = [INTERRUPTED.found(done=self.done, circles=len(self.found.cells))] if self.cut_short else []
         for scheme in self.found.grid.schemes:
             if failed := [cell for cell in self.found.cells[: self.done] if scheme.name in cell.failures]:
                 why = failed[0].failures[scheme.name]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import isclose
 from pathlib import Path
 from typing import Any, Protocol, Self, TypeAlias
@@ -206,7 +207,6 @@ class Machine:
 
     def published_glitches(self, radius: float, feed: float) -> Mapping[str, float]:
         """Return the published glitches by scheme [m] for a circle; empty where there are none."""
-        for test in self.published:
-            if isclose(test.radius, radius, rel_tol=1e-6) and isclose(test.feed, feed, rel_tol=1e-6):
-                return test.glitches
-        return {}
+        near = partial(isclose, rel_tol=1e-6)
+        same = (test for test in self.published if near(test.radius, radius) and near(test.feed, feed))
+        return next((test.glitches for test in same), {})

@@ -106,8 +106,7 @@ class Body:
         if isinstance(node, ast.Name) and node.id not in self.variables:
             return self.python.__globals__.get(node.id, getattr(builtins, node.id, None))
         if isinstance(node, ast.Attribute):
-            holder = self.known(node.value)
-            return None if holder is None else getattr(holder, node.attr, None)
+            return None if (holder := self.known(node.value)) is None else getattr(holder, node.attr, None)
         return None
 
     def as_type(self, value: ir.Expression, of: ir.Type) -> ir.Expression:

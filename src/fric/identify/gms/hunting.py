@@ -119,8 +119,7 @@ class Hunting:
     ) -> Prepared:
         """Return some cycles of a record as the identified axis repeats them in closed loop."""
         m, first = record.motion, int(np.argmax(record.used))
-        before = record.reversals[record.reversals < first]
-        begin = int(before[-1]) if len(before) else 0
+        begin = int(before[-1]) if len(before := record.reversals[record.reversals < first]) else 0
         ends = record.reversals[record.reversals >= first][: 2 * CYCLES + 1]
         end = min(int(ends[-1]) + max((int(ends[-1]) - first) // 50, 2), len(m.time))
         interval = float(np.median(np.diff(m.time)))

@@ -427,8 +427,7 @@ def _table(record: FrequencyResponse) -> MeasuredResponse:
 
 def _period(record: Log, u: Real) -> int | None:
     """Return the period of the excitation in samples: of the reference, if periodic, or of the input."""
-    r = record.reference
-    found = find_period(np.diff(r)) if r is not None and _accelerates(r) else None
+    found = find_period(np.diff(r)) if (r := record.reference) is not None and _accelerates(r) else None
     return find_period(u) if found is None else found
 
 

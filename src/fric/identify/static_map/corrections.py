@@ -59,9 +59,7 @@ def between_records(strokes: Strokes) -> Correction | None:
         return None
     if not within:
         levels = {"friction": np.sum(list(levels.values()), axis=0)}
-    kinds = [member * level for level in levels.values()]
-    if problem.with_offset:
-        kinds.append(member)
+    kinds = [*(member * level for level in levels.values()), *[member] * problem.with_offset]
     found = mixed_model(problem.F - problem.model(solution.theta), columns, fitted.deviation, kinds)
     chance = float(chdtrc(len(kinds), found.likelier))
     count, friction = len(names), float(np.mean(np.abs(np.sum(list(levels.values()), axis=0))))

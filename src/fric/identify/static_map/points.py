@@ -428,8 +428,7 @@ class Strokes:
             speeds = [asked.of(v, "velocity") for v in dict.fromkeys(point.velocity for point in ended)]
             notices.append(STROKES_IN_PRESLIDING.found(speeds=speeds))
         found = replace(cls.at(points, asked, records), notices=tuple(notices))
-        force = found.force
-        if np.ptp(force) <= 1e-9 * np.abs(force).max(initial=0.0):
+        if np.ptp(force := found.force) <= 1e-9 * np.abs(force).max(initial=0.0):
             raise FricError(
                 f"every stroke took the same force, {asked.says(float(force[0]), 'force')}", where=records[0].source,
                 hint="Is it the right column? Friction changes its sign with the direction.",

@@ -65,8 +65,7 @@ class StribeckProblem:
     @property
     def free(self) -> tuple[str, ...]:
         """Names of the parameters that are fitted."""
-        held = set() if self.fall else {"F_s", "v_s", "delta"}
-        held |= {"delta"} if self.delta is not None else set()
+        held = {"F_s", "v_s", "delta"} if not self.fall else set() if self.delta is None else {"delta"}
         return tuple(n for n in PARAMETERS if n not in (held if self.with_offset else held | {"offset"}))
 
     @property

@@ -7,6 +7,7 @@ reader with the highest value is taken; a new module is found automatically.
 """
 
 from collections.abc import Generator
+from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
@@ -36,10 +37,9 @@ def formats() -> list[Format]:
 
 def installed(form: Format) -> str | None:
     """Return the version of the library that a format needs; nothing where it needs none, None where it lacks."""
-    try:
+    with suppress(PackageNotFoundError):
         return version(form.module.partition(".")[0]) if form.module else ""
-    except PackageNotFoundError:
-        return None
+    return None
 
 
 def endings() -> frozenset[str]:
@@ -49,10 +49,9 @@ def endings() -> frozenset[str]:
 
 def marked(path: Path) -> bool:
     """Return whether the content of a file, and not its name alone, is of a format that is read."""
-    try:
+    with suppress(FricError):
         return _surest(path)[0] > 0.5
-    except FricError:
-        return False
+    return False
 
 
 def _surest(path: Path) -> tuple[float, Any]:

@@ -5,7 +5,7 @@ import re
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from math import nan
 from pathlib import Path
@@ -293,10 +293,9 @@ def named(header: str) -> Column:
 
 def number(value: Any) -> float:
     """Return a number, also one in a text; else NaN."""
-    try:
+    with suppress(ValueError, OverflowError):
         return float(value) if isinstance(value, int | float | str) else nan
-    except (ValueError, OverflowError):
-        return nan
+    return nan
 
 
 _REST = re.compile(r"(?i)(?P<of>.*?)(?P<unit>nano|n|micro|u)_?sec(?:ond)?s?")

@@ -54,8 +54,7 @@ class Signal(NamedTuple):
     @property
     def axis(self) -> str:
         """Number of the axis in the address; empty where there is none."""
-        found = _AXIS.search(self.address)
-        return found[1] if found else ""
+        return found[1] if (found := _AXIS.search(self.address)) else ""
 
 
 def recognises(path: Path, head: bytes) -> float:
@@ -182,8 +181,7 @@ class _Trace:
     def _record(self, about: dict[str, str]) -> None:
         row = [np.nan] * len(self.signals)
         try:
-            time = float(about.pop("time"))
-            if not abs(time) <= LARGEST["time"]:
+            if not abs(time := float(about.pop("time"))) <= LARGEST["time"]:
                 raise ValueError
             for key, text in about.items():
                 if key[0] == "f" and key[1:].isdigit():

@@ -54,8 +54,7 @@ def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real,
         step, parameters = second_mass_step, np.array([*coupling, *parameters])
         state = np.array([*np.zeros(second_mass.AHEAD), *state])
         A, B, M, load = A * M / motor, plant.K_f / motor, motor, 0.0 if on_table else load
-    fade = flaws.force_constant
-    drift = (fade.amount, fade.time, began) if fade is not None else (0.0, 1.0, 0.0)
+    drift = (fade.amount, fade.time, began) if (fade := flaws.force_constant) is not None else (0.0, 1.0, 0.0)
     tolerance = SPRING_TOLERANCE if second is not None else TOLERANCE
     return step, state, parameters, PlantConstants(A, B, M, load, delay, set_valued, 0.0, 0.0, tolerance, *drift)
 
