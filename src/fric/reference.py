@@ -111,8 +111,7 @@ def cubic_spline(x: Real, y: Real, ends: Ends = "not-a-knot") -> Callable[..., R
 
     columns = np.ascontiguousarray(y, float).reshape(len(x), -1).T
     slopes = np.column_stack([spline_slopes(x, column, ends) for column in columns])
-    spline: Callable[..., Real] = CubicHermiteSpline(x, y, slopes.reshape(y.shape))
-    return spline
+    return CubicHermiteSpline(x, y, slopes.reshape(y.shape))
 
 
 def strokes(speed: float, distance: float, sampling: float, *, ramp: float = 0.1, dwell: float = 0.1) -> Reference:

@@ -371,8 +371,7 @@ def _lag(
     values, *_ = np.linalg.lstsq(columns, error, rcond=None)
     if np.ptp(residual := error - columns @ values) <= 1e-12 * max(float(np.ptp(error)), 1e-15):
         return float(values[0]), 0.0, 1
-    variance = float(covariance_of(columns, residual, segments)[0, 0])
-    return float(values[0]), variance**0.5, max(len(segments) - 1, 1)
+    return float(values[0]), float(covariance_of(columns, residual, segments)[0, 0]) ** 0.5, max(len(segments) - 1, 1)
 
 
 def identifiability_warnings(

@@ -98,8 +98,7 @@ def stated_voltage(
         error[n] = (u - each * total) * inverse
         total += error[n]
     proportional = sampled.K_p * error
-    model = (acceleration + plant.A * velocity) / plant.B
-    return StatedVoltage(volts + model, proportional, volts - proportional)
+    return StatedVoltage(volts + (acceleration + plant.A * velocity) / plant.B, proportional, volts - proportional)
 
 
 def against_stated(cascade: Cascade, stated: StatedVoltage, voltage: Real, rate: float) -> StatedController:
@@ -254,10 +253,9 @@ class FoundController:
         if share == 0.0 and self.cascade.K_i:
             K_v = 1.0 / fit.velocity_lag
             gain = Estimate.around_log(K_v, gain.unit, K_v / fit.rate + K_v * fit.lag_error)
-        cascade = replace(self.cascade, K_v=K_v, velocity_feedforward=share)
         within = max(share - half, 0.0), share + half
         estimates = {**self.estimates, "K_v": gain, "velocity_feedforward": Estimate(share, "1", within)}
-        return replace(found, cascade=cascade, estimates=estimates)
+        return replace(found, cascade=replace(self.cascade, K_v=K_v, velocity_feedforward=share), estimates=estimates)
 
 
 def lags(cascade: Cascade, lag: float, where: str = "") -> list[Notice]:

@@ -314,12 +314,11 @@ def _glitch(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme, plac
     """Return the glitch of one circle, at one of `PLACES` places between two counts [m]."""
     machine = Machine("", dict(axes)).placed(place / PLACES)
     turn = Circle(test.radius, test.feed, 1, test.direction)
-    references = turn.references(next(iter(axes.values())).cascade.sampling)
     measured = [
         run_axis(machine.axes[name], reference, scheme, accuracy=ACCURACY).position
         if name in axes
         else reference.position
-        for name, reference in zip(test.names, references, strict=True)
+        for name, reference in zip(test.names, turn.references(next(iter(axes.values())).cascade.sampling), strict=True)
     ]
     return circularity(measured[0], measured[1], test.radius).glitch
 
@@ -645,8 +644,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
             richer = shape or found.balance.coordinates.sided()
             start = richer.moved(found.balance.coordinates, found.x)
             other = _again(fit(replace(found.balance, coordinates=richer), [start], found.rms))
-            compared = tune_fit.at(replace(found.balance, records=other.balance.records), found.x)
-            if other.rms < GAIN * compared.rms:
+            if other.rms < GAIN * tune_fit.at(replace(found.balance, records=other.balance.records), found.x).rms:
                 found, full = other, full or shape is not None
     for _ in range(AGAIN if found.plant[0] > 0 else 0):
         found = tune_fit.instrumented(found)

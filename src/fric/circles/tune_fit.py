@@ -518,8 +518,7 @@ def recorded_again(found: FittedBalance, draws: int = DRAWS) -> list[Real]:
     for _ in range(draws):
         records = []
         for n, record in enumerate(balance.records):
-            again = voltage_record(_once_more(found, n, rng), record.axis, record)
-            records.append(refined(again, *found.truth(n)))
+            records.append(refined(voltage_record(_once_more(found, n, rng), record.axis, record), *found.truth(n)))
         once = replace(balance, records=tuple(records))
         rest = once.voltage(balance.coordinates.delay(x)) - once.friction(x) - once.columns @ found.plant
         left.append(rest / balance.weights)

@@ -141,8 +141,7 @@ def _run(  # noqa: PLR0913 - one closed loop for three ways of validation
     blocks = []
     if cascade is not None:
         controller = replace(cascade, sampling=rate, velocity_feedforward=1.0)
-        setting = Setting(plant, controller, position=z_0, velocity=v_0, seen=z_0 - v_0 / rate)
-        blocks.append(controller.ready(setting))
+        blocks.append(controller.ready(Setting(plant, controller, position=z_0, velocity=v_0, seen=z_0 - v_0 / rate)))
     asked = np.ascontiguousarray(reference)
     velocity = acceleration = zeros
     delay = plant.transport_delay(rate) if plant.T_d >= hold_delay(rate) else 0.0

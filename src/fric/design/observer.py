@@ -87,8 +87,7 @@ def model_perturbation(plant: LinearPlant, nyquist: float, resonances: Sequence[
     ratio = np.ones(f.size, np.complex128)
     for mode in resonances:
         ratio += mode.response(f)
-    Delta = ratio * np.exp(-2j * np.pi * f * plant.T_d) - 1.0
-    return Perturbation(f, Delta, np.zeros(f.size), ratio, measured=False)
+    return Perturbation(f, ratio * np.exp(-2j * np.pi * f * plant.T_d) - 1.0, np.zeros(f.size), ratio, measured=False)
 
 
 def measured_perturbation(

@@ -515,8 +515,7 @@ class FilePart(PartOf[T]):
             for name in {field.name for field in fields(self.held)} - self.dimensions.keys()
             if (given := getattr(self, name, None)) is not None
         }
-        found: T = self.held(**given, **self.values(motion))
-        return found
+        return self.held(**given, **self.values(motion))
 
 
 @cache

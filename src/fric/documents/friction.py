@@ -190,8 +190,7 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
 
     def sections(self) -> list[str]:
         """Return the names of the sections that hold parameters: those of the static map, then of other models."""
-        present = [name for name in ("static", "static_negative", "at_speed") if getattr(self, name)]
-        return present + self.model_names()
+        return [name for name in ("static", "static_negative", "at_speed") if getattr(self, name)] + self.model_names()
 
     def friction(self, name: str) -> FrictionModel:
         """Return a friction model of this file (``static``, …), with a map for each direction if it has them."""

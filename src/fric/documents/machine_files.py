@@ -195,8 +195,7 @@ class MachineDocument(Document, type="machine"):
     def passed_on(self) -> tuple[Notice, ...]:
         """Return the doubts of the axes' files, each once."""
         parts = (part for axis in self.axes.values() for part in axis.parts().values() if isinstance(part, Document))
-        text = [notice for part in parts for notice in part.passed_on()]
-        return tuple(dict.fromkeys([*super().passed_on(), *text]))
+        return tuple(dict.fromkeys([*super().passed_on(), *(notice for part in parts for notice in part.passed_on())]))
 
 
 def _axis(name: str, part: AxisPart) -> Axis:

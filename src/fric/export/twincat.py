@@ -56,8 +56,7 @@ def list_of(part: ExportedPart) -> tuple[Real, Real, float]:
 
 def _error(v: Real, force: Real, first: int, last: int) -> float:
     inside = slice(first, last + 1)
-    line = np.interp(v[inside], [v[first], v[last]], [force[first], force[last]])
-    return float(np.abs(line - force[inside]).max())
+    return float(np.abs(np.interp(v[inside], [v[first], v[last]], [force[first], force[last]]) - force[inside]).max())
 
 
 def twincat_files(part: ExportedPart) -> Files:

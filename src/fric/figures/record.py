@@ -34,8 +34,7 @@ def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure
         return _overview(pairs)
     height = sum(3.6 if isinstance(record, Log) else 2.6 for record in records)
     with new_figure(7.4, max(height, 3.0)) as figure:
-        rows = figure.subfigures(len(pairs), 1, squeeze=False)[:, 0]
-        for row, (record, inspected) in zip(rows, pairs, strict=True):
+        for row, (record, inspected) in zip(figure.subfigures(len(pairs), 1, squeeze=False)[:, 0], pairs, strict=True):
             row.suptitle(f"{inspected.name} – {inspected.kind}", fontsize=10, x=0.01, ha="left")
             if isinstance(record, FrequencyResponse):
                 _draw_response(row.subplots(1, 2), record)

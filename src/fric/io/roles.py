@@ -876,8 +876,7 @@ class _Motion:
         sign = basis[:, 0]
         if not 0.2 < np.mean(sign > 0.0) < 0.8:
             return False
-        without = np.column_stack([np.abs(basis[:, 1]), sign * basis[:, 2], basis[:, 3]])
-        return _left(without, y)[0] < _left(basis, y)[0]
+        return _left(np.column_stack([np.abs(basis[:, 1]), sign * basis[:, 2], basis[:, 3]]), y)[0] < _left(basis, y)[0]
 
     def _over(self, values: Real) -> Iterator[tuple[Real, Real, float]]:
         """Yield the motion over each window, the means of a column there, and their squares."""

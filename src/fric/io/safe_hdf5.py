@@ -127,8 +127,7 @@ def staged_hdf5(path: Path, *, force: bool, add: bool = False) -> Iterator[tuple
 
 def write_column(group: h5py.Group, name: str, values: Real, unit: str) -> None:
     """Write a dataset, compressed, with its unit."""
-    dataset = group.create_dataset(name, data=values, compression="gzip", compression_opts=1, shuffle=True)
-    dataset.attrs["unit"] = unit
+    group.create_dataset(name, data=values, compression="gzip", compression_opts=1, shuffle=True).attrs["unit"] = unit
 
 
 MOST_OBJECTS = 200_000  # Groups and datasets of a file at most

@@ -190,9 +190,8 @@ def _seen(log: Log) -> list[ModePart]:
         return []
     least, strokes, large = COUNTS * visible_step(log.position), _strokes(log, followed), dict[int, bool | None]()
     for group in _motions(strokes):
-        if (sizes := _of_two(np.array([stroke.glitch for stroke in group]), least)) is None:
-            continue
-        large |= {stroke.start: size for stroke, size in zip(group, sizes, strict=True)}
+        if (sizes := _of_two(np.array([stroke.glitch for stroke in group]), least)) is not None:
+            large |= {stroke.start: size for stroke, size in zip(group, sizes, strict=True)}
     starts = [start for start in sorted(large) if large[start] is not None]
     if len(large) < max(0.8 * len(strokes), 2 * STROKES):
         return []

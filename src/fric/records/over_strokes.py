@@ -211,8 +211,7 @@ def over_time(strokes: Sequence[tuple[Log, Segment]], *, scattered: bool = False
     # what settles changes less and less
     if not likely or abs(rate) > FASTEST or not 1.0 / SETTLING < late.values[0] / rate < SETTLING:
         return None
-    logs = {id(log): log for log, _ in strokes}.values()
-    spans = sorted((float(log.time[0]), float(log.time[-1])) for log in logs)
+    spans = sorted((float(log.time[0]), float(log.time[-1])) for log in {id(log): log for log, _ in strokes}.values())
     one_clock = all(after[0] >= before[1] for before, after in pairwise(spans))  # with the pauses, where it is known
     duration = spans[-1][1] - spans[0][0] if one_clock else sum(end - begin for begin, end in spans)
     return OverTime(rate, float(stdtrit(freedom, 0.975)) * deviation, duration, one_clock, sure and all(speeds))

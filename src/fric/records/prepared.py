@@ -250,8 +250,7 @@ def prepared(
     """
     if not 0 < len(logs) <= MOST_RECORDS:
         what = f"{len(logs)} records are given, and {MOST_RECORDS} at most are replayed"
-        hint = "Name those logs with a force that show most."
-        raise FricError(what if logs else "there is no record", hint=hint)
+        raise FricError(what if logs else "there is no record", hint="Name those logs with a force that show most.")
     refuse_several_axes(logs)
     settings: Sequence[Conditioning | None] = filters or [None] * len(logs)
     records = tuple(_prepared(log, plant, drive, setting) for log, setting in zip(logs, settings, strict=True))

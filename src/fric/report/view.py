@@ -365,9 +365,7 @@ def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
     except FricError:  # without B, as the warnings of the plant file state
         return None
     for record in inputs.records:
-        if isinstance(record, ForceVelocity) or record.axis != item.axis:
-            continue
-        if record.kind == "frequency-response":
+        if not isinstance(record, ForceVelocity) and record.axis == item.axis and record.kind == "frequency-response":
             return perturbation_of(record, given.document)[0]
     return model_perturbation(plant, 40 * float(item.sections()["observer"]["cutoff"]))
 
@@ -526,8 +524,7 @@ def render_view(
 
 
 def _title(inputs: ReportInput) -> str:
-    machines = dict.fromkeys(str(test.provenance.get("machine", "")) for test in inputs.tests)
-    names = [name for name in machines if name]
+    names = [name for name in dict.fromkeys(str(test.provenance.get("machine", "")) for test in inputs.tests) if name]
     axes = inputs.axes()
     parts = names + ([f"axis {axes[0]}" if len(axes) == 1 else f"axes {', '.join(axes)}"] if axes else [])
     return "Friction report: " + "; ".join(parts or ["contours"])

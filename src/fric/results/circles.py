@@ -115,10 +115,8 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
         rows = []
         for what, unit, offset in (("centre", "µm", 0.0), ("scale", "ppm", 1.0), ("backlash", "µm", 0.0)):
             rows += [_row(f"{what} {name}", geometry[f"{what}.{name}"], unit, offset) for name in found.test.names]
-        rows += [
-            _row("mismatch of the loops", geometry["mismatch"], "µm"),
-            _row("squareness", geometry["squareness"], "µrad"),
-        ]
+        rows.append(_row("mismatch of the loops", geometry["mismatch"], "µm"))
+        rows.append(_row("squareness", geometry["squareness"], "µrad"))
         rows += [_row(f"lag {name}", lag, "µs") for name, lag in found.lag.items()]
         for line, amplitude in found.periodic:
             text = f"repeats every {readable(line.pitch, 'm')} of {found.test.names[line.axis]}"

@@ -238,8 +238,7 @@ def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) ->
             raise FricError(
                 f"the accuracy '{name}={text}' has no unit", hint=f"Say a share, as {name}={text}%, or a quantity."
             )
-        asked = positive(text if share else value, "ratio" if share else dimensions[name], axis.motion)
-        found[name] = (asked, share)
+        found[name] = (positive(text if share else value, "ratio" if share else dimensions[name], axis.motion), share)
     return found
 
 

@@ -79,8 +79,7 @@ def _once(design: Callable[..., Design], kind: type[ControlBlock], setting: Sett
     key = (design, kind, setting.plant, setting.cascade, friction, setting.K_f, scheme.peak_sensitivity)
     if key not in _DESIGNED:
         _DESIGNED[key] = design(kind, setting, peak_sensitivity=scheme.peak_sensitivity or PEAK_SENSITIVITY)
-    found: Design = _DESIGNED[key]
-    return found
+    return _DESIGNED[key]
 
 
 def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:

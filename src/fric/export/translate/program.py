@@ -212,8 +212,7 @@ def walk(*nodes: Node) -> Iterator[Node]:
 
 def reserved(language: str) -> frozenset[str]:
     """Return the words of a language, ``c`` or ``st``, that are no names."""
-    words = tomllib.loads(Path(__file__).with_name("reserved.toml").read_text("utf-8"))
-    return frozenset(words[language].split())
+    return frozenset(tomllib.loads(Path(__file__).with_name("reserved.toml").read_text("utf-8"))[language].split())
 
 
 class Writer(ABC):
@@ -294,7 +293,6 @@ class Writer(ABC):
             case Field(record, name):
                 return f"{self.name(record.name)}.{self.field(name)}"
             case Operation(operator, operands):
-                text = self.operations.get(operator, f"({{}} {operator} {{}})")
-                return text.format(*map(self.expression, operands))
+                return self.operations.get(operator, f"({{}} {operator} {{}})").format(*map(self.expression, operands))
             case Call(function, arguments):
                 return f"{self.function(function)}({', '.join(map(self.outer, arguments))})"

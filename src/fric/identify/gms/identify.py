@@ -347,8 +347,7 @@ def _lag_of(slides: Sequence[Prepared], model: GMS, negative: StaticMap | None) 
         rest = [record.force - record.fitted(directed(tried, negative)) for record in slides]
         return sum(float(np.sum(r[record.used] ** 2)) for r, record in zip(rest, slides, strict=True))
 
-    rates = np.geomspace(1.0, 1e4, 17) * model.static.F_s
-    return min((replace(model, C=float(rate)) for rate in rates), key=left)
+    return min((replace(model, C=float(rate)) for rate in np.geomspace(1.0, 1e4, 17) * model.static.F_s), key=left)
 
 
 def _refined(
@@ -486,8 +485,7 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
     if len(fit.curve.cycles) < 2:
         yield flaws.ONE_CYCLE.found()
     cycled = [r for r in fit.records if r.kind == "presliding"]
-    changes = (energy_changes(r.record, r.replayed, r.record.used | r.held_out) for r in cycled)
-    yield from chain.from_iterable(changes)
+    yield from chain.from_iterable(energy_changes(r.record, r.replayed, r.record.used | r.held_out) for r in cycled)
 
 
 def _saturation(fit: GMSFit, metre: str, newton: str) -> Iterator[Notice]:

@@ -234,8 +234,7 @@ def virgin_curve(
         seen = np.isfinite(merged).mean(axis=0) > 0.5
         keep = seen & (place > extent)
         if last is not None and keep.any():
-            continued = np.array([np.interp(last[0], place[seen], row[seen]) for row in merged])
-            steps.append(_apart(last[1], continued))
+            steps.append(_apart(last[1], np.array([np.interp(last[0], place[seen], row[seen]) for row in merged])))
         if not np.mean(levels) > 0.0:
             what = "the force at the reversals does not oppose the motion: too few encoder steps, or a wrong sign"
             hint = "Log a larger amplitude: ten steps or more. Look at the sign of the force."

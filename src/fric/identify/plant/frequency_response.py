@@ -194,8 +194,7 @@ def moved_at(spectra: Spectra, *, is_input: bool) -> Mask:
     is_input: Whether the driver is the input; a reference, which falls with frequency, is evaluated by its speed.
     """
     size = np.sqrt(np.mean(np.abs(spectra.driver) ** 2, axis=0)) * (1.0 if is_input else spectra.frequency)
-    driven: Mask = size > (0.05 if is_input else 0.01) * np.maximum.accumulate(size)
-    return driven
+    return np.asarray(size > (0.05 if is_input else 0.01) * np.maximum.accumulate(size))
 
 
 def estimate(spectra: Spectra) -> tuple[Complex, Real, Real]:

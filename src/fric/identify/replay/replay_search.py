@@ -553,8 +553,7 @@ def side_by_side(model: FrictionModel, alpha: Real, k: Real, C: float, record: P
 
     moved = wide(model)
     z, v, t = (np.ascontiguousarray(array, float) for array in (motion.position, motion.velocity, motion.time))
-    loads = replay_loads(type(moved).step, z, v, t, moved.initial_state(), moved.packed(), k.size)
-    return loads.reshape(-1, *k.shape)
+    return replay_loads(type(moved).step, z, v, t, moved.initial_state(), moved.packed(), k.size).reshape(-1, *k.shape)
 
 
 def times(static: StaticMap, factor: float) -> StaticMap:

@@ -189,8 +189,7 @@ class _Trace:
                     self.without += value > NO_VALUE
                     row[self._at[key]] = value
         except (KeyError, ValueError):
-            what = f"has a rec that does not read: {dict(islice(about.items(), 9))}"
-            raise FricError(what, hint=AGAIN) from None
+            raise FricError(f"has a rec that does not read: {dict(islice(about.items(), 9))}", hint=AGAIN) from None
         self.time.append(time)
         self.values.extend(row)
 

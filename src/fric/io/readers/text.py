@@ -567,8 +567,7 @@ class TextTable(ForeignTable):
             return column.to_numpy(dtype="f8", na_value=np.nan)
         words = column.astype("str").str.strip()
         self.labels = tuple(dict.fromkeys([*self.labels, *words.dropna().unique()]))[:MOST_STATES]
-        numbers = {word: float(n) for n, word in enumerate(self.labels)}
-        return words.map(numbers).to_numpy(dtype="f8", na_value=np.nan)
+        return words.map({word: float(n) for n, word in enumerate(self.labels)}).to_numpy(dtype="f8", na_value=np.nan)
 
     def _pieces(self) -> Iterator[bytes]:
         """Cut the data into pieces of whole lines, in an encoding in which a digit is a byte."""
