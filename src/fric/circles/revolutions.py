@@ -83,11 +83,9 @@ def _moving(time: Real, x: Real, y: Real) -> list[tuple[int, int]]:
 
 def _circle_in(part: slice, time: Real, x: Real, y: Real) -> FoundCircle | None:
     a, b, r = fit_circle(x, y)
-    if (
-        not np.isfinite([a, b, r]).all()
-        or not r > 0
-        or np.quantile(np.abs(np.hypot(x - a, y - b) - r), 0.95) > 0.02 * r
-    ):
+    if not (np.isfinite([a, b, r]).all() and r > 0):
+        return None
+    if np.quantile(np.abs(np.hypot(x - a, y - b) - r), 0.95) > 0.02 * r:
         return None
     angle = np.unwrap(np.arctan2(y - b, x - a))
     if abs(turned := float(angle[-1] - angle[0])) < 2 * pi - 1e-3:

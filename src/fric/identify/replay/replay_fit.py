@@ -1080,8 +1080,9 @@ def _quantile(point: Point, count: int) -> float:
 
 def _covariance(search: Search, point: Point, basis: Real, quantile: float, beyond: Beyond | None) -> Real:
     """Return the covariance of a solution in some directions (p, s): of residuals, of what is supposed, and beyond."""
-    by, shown = (search.records, quantile), point.gradient @ basis
-    found = replay_covariance(shown, point.residual, *by) + of_supposed(search, point, shown, quantile)
+    shown = point.gradient @ basis
+    found = replay_covariance(shown, point.residual, search.records, quantile)
+    found = found + of_supposed(search, point, shown, quantile)
     return found if beyond is None else np.asarray(found + beyond(search, point.x, basis))
 
 

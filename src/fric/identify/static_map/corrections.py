@@ -27,8 +27,8 @@ from fric.records.over_strokes import PLACES, along_axis, over_place
 from fric.records.preparation import WINDOWS
 from fric.statistics import DIFFERENT, OF_TWO, mixed_model, reach, sandwich
 
-_LEVELS = ("F_c", "F_s")
 RECORDS = 8  # Least number of records of a single speed each whose levels are separable from the map
+_LEVELS = ("F_c", "F_s")
 FEW_STROKES = 3  # Least number of strokes of a record, at two speeds or more, to separate its level from the map
 
 

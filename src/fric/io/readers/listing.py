@@ -27,6 +27,7 @@ MOST_LINES = 12_000_000  # Lines of such a text at most: it is held in memory
 LOOKED_AT = 600  # Lines that show how a text is written
 OFTEN = 3.0  # Lines in a row of each name, from which on a name beside a time that never repeats is a state
 RARE = 0.05  # Samples of a channel, relative to those of the most frequent one, below which it is left out
+_QUALITY = re.compile(r"(?i)qualit|status|good|flag")
 _NUMBERED = re.compile(r"(?i)(\b|_)(id|channel|signal|tag|variable|kanal|canale?)(\b|_|$)")
 """The name of a column whose numbers name channels."""
 
@@ -91,9 +92,7 @@ def _columns(shape: text.Shape, cells: Sequence["pd.Series[Any]"]) -> _Listing |
         elif numbers:
             rest.append(n)
     units = [n for n in words if all(word in {"", "-", "1"} or is_unit(word) for word in cells[n].unique())]
-    names = [
-        n for n in words if n not in units and not re.search(r"(?i)qualit|status|good|flag", shape.columns[n].name)
-    ]
+    names = [n for n in words if n not in units and not _QUALITY.search(shape.columns[n].name)]
     names, units = (names, units[:1]) if names else (units[:1], units[1:2])
     if not names:
         return None
