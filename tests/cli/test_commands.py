@@ -80,7 +80,7 @@ def test_a_feedforward_that_is_none_ends_in_a_sentence(words, told):
     assert told in error.what
 
 
-@pytest.mark.parametrize("period", ["1e-300 s", "1 h"])
+@pytest.mark.parametrize("period", ["1e-12 s", "1 h"])
 def test_a_period_that_no_record_holds_twice_is_told(period, tmp_path):
     """One below a sample ended in a division by zero."""
     words = ["identify", "plant", "data/frequency-response.h5", "-o", str(tmp_path / "plant.yaml"), "--period", period]
