@@ -182,8 +182,8 @@ def plan(
     encoder: Encoder step, as "0.25 um".
     like: A typical log, which shows noise and encoder.
     micro_steps: A staircase of small steps instead of the sines before sliding, for a drive without them.
-    draws: Number of simulated runs of the plan to find the expected intervals; seven, or of an axis with a second mass
-        or flaws, whose runs take long, three.
+    draws: Number of simulated runs of the plan to find the expected intervals; seven, or three where these take long:
+        of an axis with a second mass or flaws, and of records that last over 100 s.
     Raises FricError: When the limits leave no room, or an accuracy is of no parameter.
     """
     subject, notices, known, responded = _prior(machine, axis, friction, plant, noise=noise, encoder=encoder, like=like)
