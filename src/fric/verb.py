@@ -169,7 +169,8 @@ def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.k
         raise _unbound(function, called, args, kwargs) from None
     for name, given in bound.arguments.items():
         hint = _hints(function)[name]
-        if not all(map(_encodable, given if isinstance(given, list | tuple) else [given])):
+        texts = given if isinstance(given, list | tuple) else [given]
+        if function.__name__ != "__init__" and not all(map(_encodable, texts)):  # a name that is held is printed clean
             raise FricError(f"`{name}=` of {called} holds a character that no file's name has", hint="Type it anew.")
         if not _fits(given, hint):
             if isinstance(given, str) and (choices := _choices(hint)):

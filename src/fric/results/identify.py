@@ -250,7 +250,7 @@ def _plausible(result: PlantResult, doubtful: list[Notice]) -> PlantResult:
     """Return a result with plausible values, or with warnings where bounds are lifted."""
     document, motion = PlantDocument.model_validate(result.document), result.records[0].motion
     known = document.estimates(motion)
-    if float(known["B"]) <= 0 < known["B"].limits[1]:
+    if "B" in known and float(known["B"]) <= 0 < known["B"].limits[1]:
         what = "the records hardly accelerate: their force shows friction, and not the mass"
         raise FricError(what, where=result.records[0].source, hint="Log a motion that accelerates, or a response.")
     values = {name: float(estimate) for name, estimate in known.items() if name in {"A", "B", "T_d"}}

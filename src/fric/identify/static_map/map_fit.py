@@ -363,7 +363,8 @@ def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
     estimates, covariance = _estimates(fitted, strokes.asked)
     estimates = _with_common_errors(_with_weights(estimates, fitted), fitted, strokes.together)
     if strokes.asked.delta == "auto" and {"v_s"} == {"v_s", "delta"} & {*fitted.problem.free}:
-        estimates, covariance = _with_supposed_shape(estimates, covariance, fitted)
+        known = strokes.asked.weights != "equal"
+        estimates, covariance = _with_supposed_shape(estimates, covariance, fitted, errors_known=known)
     if strokes.asked.form == "auto" and not fitted.problem.fall:
         estimates, covariance = _with_unseen_fall(estimates, covariance, fitted)
     if strokes.asked.damping:
@@ -415,7 +416,7 @@ def _estimates(fitted: FittedMap, asked: Asked) -> tuple[dict[str, Estimate], Co
 
 
 def _with_supposed_shape(
-    estimates: dict[str, Estimate], covariance: Covariance, fitted: FittedMap
+    estimates: dict[str, Estimate], covariance: Covariance, fitted: FittedMap, *, errors_known: bool
 ) -> tuple[dict[str, Estimate], Covariance]:
     """Return intervals and covariance that include the error of the shape factor, which is supposed to be 1.
 
@@ -428,7 +429,7 @@ def _with_supposed_shape(
     problem, solution, sides = fitted.problem, fitted.solution, (-1.0, 1.0)
     given, freed = problem.delta or 1.0, replace(problem, delta=None)
     solved = [replace(problem, delta=given * exp(c * TWOFOLD)).solve(start=solution) for c in sides]
-    scale = max(solution.cost / problem.degrees_of_freedom, 1.0)
+    scale = max(solution.cost / problem.degrees_of_freedom, float(errors_known))
     column = freed.jacobian(solution.theta)[:, freed.free.index("delta")] * given * TWOFOLD
     slope = -2.0 * float(np.sum(column * (problem.F - problem.model(solution.theta)) / problem.standard_error**2))
     toward = solved[int(slope < 0.0)].cost
