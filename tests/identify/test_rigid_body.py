@@ -167,16 +167,18 @@ def test_records_at_rest_end_in_a_sentence() -> None:
             identify_motion(logs)
 
 
-@pytest.mark.parametrize("rho", [pytest.param(0.0, marks=pytest.mark.long(14)), 0.9])
-def test_intervals_cover_with_correlated_noise(rho: float) -> None:
-    """100 seeds; ordinary intervals of correlated noise cover far less, which the second figure shows.
+@pytest.mark.parametrize(
+    ("rho", "seeds"), [(0.9, 20), *(pytest.param(rho, 100, marks=pytest.mark.long(15)) for rho in (0.0, 0.9))]
+)
+def test_intervals_cover_with_correlated_noise(rho: float, seeds: int) -> None:
+    """Ordinary intervals of correlated noise cover far less, which the second figure shows.
 
-    Chance of failing: one in a thousand, for 400 numbers.
+    Chance of failing: one in a thousand, for 80 numbers and for 400.
     """
     true = dict(zip(("M", "F_v", "F_c", "offset"), (M, F_V, F_C, OFFSET), strict=True))
     inside, plain, total = 0, 0, 0
     clean = identify_motion([motion(rate=1000.0, seconds=10)]).estimates  # what filters and differences leave of it
-    for seed in range(100):
+    for seed in range(seeds):
         fit = identify_motion([motion(rate=1000.0, seconds=10, noise=3.0, rho=rho, seed=seed)])
         for name in true:
             value, (low, high) = float(fit.estimates[name]), fit.estimates[name].ci95

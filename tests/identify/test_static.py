@@ -324,7 +324,7 @@ def _sessions(
     slowest: tuple[float, float], deltas: tuple[float, ...], most: float
 ) -> Iterator[tuple[StaticMap, StaticFit]]:
     """Yield machines and their maps; the slowest stroke is at these powers of ten of v_s."""
-    for seed in range(60):
+    for seed in range(45):
         rng = np.random.default_rng(seed)
         v_s, scatter = 10 ** rng.uniform(-3.3, -2.0), 10 ** rng.uniform(-3.0, -2.0)
         F_s, sigma, delta = rng.uniform(1.1, most), rng.uniform(1.0, 10.0), float(rng.choice(deltas))
