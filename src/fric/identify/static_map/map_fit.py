@@ -31,6 +31,7 @@ from fric.units import si_unit
 
 CLEARLY = 0.8  # Ratio of errors below which a free shape factor is used: with stick-slip it is correlated with F_s
 LIKELY = 0.2  # Chance by noise below which a free shape factor that fits better is in the intervals of one supposed
+EXACT = 1e-20  # Least variance of a residual over that of the forces: they are rounded to 1e-10
 UNSEEN = (0.5, 1.0, 2.0, 4.0)  # v_s over the lowest speed, of falls that the strokes may not show
 EVEN = 0.5  # Chance that a shape factor is what is supposed, where strokes are predicted no better with another
 LEAST_RISE = 1e-6  # Least rise of F_s with age, as a share of F_s
@@ -425,11 +426,14 @@ def _with_supposed_shape(
     meets those of that solution. The second moment of the moves is that at the two values of `supposed`, and beside it
     that of the move to the free factor, where that is better by more than noise likely explains (`LIKELY`, F test): no
     chance before the data is known for factors that far off.
+
+    F_s and v_s, which may lie below all strokes, also hold their intervals with the factors at the ends of what is
+    supposed (95 %), where the sum of squares there is not larger by more than noise explains (profile likelihood).
     """
     problem, solution, sides = fitted.problem, fitted.solution, (-1.0, 1.0)
     given, freed = problem.delta or 1.0, replace(problem, delta=None)
     solved = [replace(problem, delta=given * exp(c * TWOFOLD)).solve(start=solution) for c in sides]
-    scale = max(solution.cost / problem.degrees_of_freedom, float(errors_known))
+    scale = max(solution.cost / problem.degrees_of_freedom, 1.0 if errors_known else EXACT)
     column = freed.jacobian(solution.theta)[:, freed.free.index("delta")] * given * TWOFOLD
     slope = -2.0 * float(np.sum(column * (problem.F - problem.model(solution.theta)) / problem.standard_error**2))
     toward = solved[int(slope < 0.0)].cost
@@ -446,11 +450,11 @@ def _with_supposed_shape(
     halves = dict(zip(freed.free, NORMAL_97_5 * np.sqrt(np.diag(matrix)), strict=True))
     delta = Estimate(given, "1", (given * exp(-far), given * exp(far)), assumed=True)
     estimates = _wider(estimates, halves, hypot) | {"delta": delta}
-    for c in (-NORMAL_97_5, NORMAL_97_5):  # the ends of what is supposed, where the strokes do not exclude them
+    for c in (-NORMAL_97_5, NORMAL_97_5):
         shaped = replace(problem, delta=given * exp(c * TWOFOLD))
         side = shaped.solve(start=solution)
         if side.cost - min(solution.cost, side.cost) < float(stdtrit(problem.degrees_of_freedom, 0.975)) ** 2 * scale:
-            for name in ("F_s", "v_s"):  # which lie beyond the slowest stroke: no slope at the fit says how far
+            for name in ("F_s", "v_s"):
                 known, guess = estimates[name].limits, estimates[name].half_width / NORMAL_97_5
                 limits = profile_interval(shaped, side, name, scale, guess)
                 ends = min(limits[0], known[0]), max(limits[1], known[1])
