@@ -126,6 +126,16 @@ def test_the_mapping_is_that_of_a_trial(tmp_path):
     assert (ROOT / "configs/mappings/linuxcnc.yaml").read_text() == written
 
 
+def test_a_ball_bar_that_logs_each_angle_twice_has_the_feed_of_the_whole(tmp_path):
+    """Half of its samples turn by nothing: the median rate of 0 ended in a traceback."""
+    angle = np.repeat(np.linspace(0.0, 720.0, 721), 2)
+    rows = [f"{n * 1e-3:.3f},{a:.3f},0.0" for n, a in enumerate(angle)]
+    (tmp_path / "bb.csv").write_text("\n".join(["time [s],angle [deg],deviation [um]", *rows]))
+    ingest_circles(tmp_path / "bb.csv", tmp_path / "bb.h5", stated=StatedCircle(radius=0.15))
+    (test,) = read_circles(tmp_path / "bb.h5")
+    assert test.feed == pytest.approx(0.15 * 4 * np.pi / 1.441, rel=0.01)
+
+
 def test_a_ball_bar_needs_radius_and_feed_and_tells_the_direction(tmp_path):
     angle = np.linspace(0, -4 * np.pi, 4001)
     rows = np.column_stack([np.degrees(angle), 3 * np.cos(2 * angle)])

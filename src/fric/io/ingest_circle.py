@@ -303,15 +303,17 @@ def _ball_bar(channels: dict[str, Real], stated: StatedCircle, source: str, dige
     angle = np.unwrap(channels["angle"])
     if stated.radius is None:
         raise FricError("a ball bar's deviation does not tell the radius", where=source, hint="Say `radius='150 mm'`.")
-    if (feed := stated.feed) is None and "time" in channels:
-        feed = rounded(abs(float(np.median(np.diff(angle) / np.diff(channels["time"])))) * stated.radius)
-    if feed is None:
-        raise FricError("a ball bar's deviation does not tell the feed", where=source, hint="Say `feed='100 mm/s'`.")
     if abs(covered := float(angle[-1] - angle[0])) < 2 * pi - 0.02:
         raise FricError(
             f"the angle covers {np.degrees(abs(covered)):.0f}°, and a whole revolution is needed", where=source,
             hint="Is its unit right? Record a revolution and more.",
         )  # fmt: skip
+    if (feed := stated.feed) is None and "time" in channels:
+        time = channels["time"]
+        rate = float(np.median(np.diff(angle) / np.diff(time))) or covered / (time[-1] - time[0])  # each logged twice
+        feed = rounded(abs(rate) * stated.radius)
+    if feed is None:
+        raise FricError("a ball bar's deviation does not tell the feed", where=source, hint="Say `feed='100 mm/s'`.")
     return MeasuredCircle(
         stated.radius, feed, stated.direction or (1 if covered > 0 else -1), angle=angle,
         deviation=channels["deviation"], instrument="ball-bar", name=Path(source).stem, scheme=stated.scheme,
