@@ -176,7 +176,7 @@ def test_an_accuracy_takes_as_many_records_as_the_square_of_whatlacks() -> None:
 
 
 @pytest.mark.parametrize(("power", "records", "end"), [
-    (0.0, 1, "more do not narrow it"), (0.5, 16, "16 times are tried"), (inf, 1, "more do not narrow it"),
+    (0.0, 1, "more do not narrow it"), (0.5, 16, "more are not tried"), (inf, 1, "more do not narrow it"),
 ])  # fmt: skip
 def test_records_are_added_as_long_as_they_narrow_the_interval(monkeypatch, power: float, records: int, end: str):
     """C took sixteen times the cycles, and its interval was then twice as wide as of one."""

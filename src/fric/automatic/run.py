@@ -469,7 +469,7 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
 
 
 def _refuse_among(folder: Path, logs: Sequence[Path], scheduler: str | None) -> None:
-    """Refuse an output folder among the logs: the next run would take its files for logs; and a cluster for them."""
+    """Refuse an output folder among the logs, whose files the next run would take for logs; a file; and a cluster."""
     if scheduler is not None:
         raise FricError("logs that are no fleet use no cluster", hint="Leave `scheduler=` out.")
     if folder.is_file():

@@ -351,8 +351,9 @@ class Command:
             settings |= {"output": output, "writes": self.output.writes}
         else:
             settings["into"] = output
-            if self.output and output is not None and path.exists(held := output / self.output.holds):
-                refuse_existing(held, force=given.get("force", False) or not self.output.holds)
+            if output is not None and self.output and self.output.holds:
+                held = output / self.output.holds
+                refuse_existing(*[held] * path.exists(held), force=given.get("force", False))
         settings |= {"plot": given.get("plot"), "json": given["json"], "force": given.get("force", False)}
         return finish(make, **settings | beside)
 

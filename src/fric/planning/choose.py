@@ -758,7 +758,7 @@ def planned_for(
                     name=name, lack=lack,
                     records=f"{n} times the records" if (n := times.get(KIND_OF[name], 1)) > 1 else "the records",
                     reach=f"reach {lack:.2g} times the half-width asked for" if lack < inf else "give no interval",
-                    end="more do not narrow it" if KIND_OF[name] in ended else f"{MOST_TIMES} times are tried",
+                    end="more do not narrow it" if KIND_OF[name] in ended else "more are not tried",
                 ) for name, lack in lacking.items() if lack > 1.0
             ]  # fmt: skip
             return planned, replace(found, notices=(*missed, *found.notices))
