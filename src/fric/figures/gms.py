@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 from fric.arrays import Real
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, Band, look, new_figure, shade, view
@@ -278,6 +279,10 @@ def _over_speed(axes: Axes, found: FrictionMap) -> None:
         shade(axes, branches.size.scaled(scale, factor), **_look(branches))
     axes.set(xlabel=f"speed [{unit}]", ylabel=f"friction in the direction of motion [{force_unit}]", xscale="log")
     axes.xaxis.set_major_formatter("{x:g}")
+    low, high = axes.get_xlim()
+    if high < 20 * low:  # about a decade, of which powers of ten alone would be one label
+        axes.xaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+        axes.xaxis.set_minor_formatter("{x:g}")
     if found.velocity.size:
         axes.legend()
 
