@@ -98,8 +98,9 @@ def require_rising(time: "Real", where: str) -> None:
     """Raise a `FricError` where times [s] do not rise from sample to sample, or faster than any log does."""
     import numpy as np
 
-    steps, least = np.diff(time), max(CLOSEST, 4.0 * float(np.spacing(np.abs(time).max(initial=0.0))))
-    if len(steps) and not (steps.min() > 0 and time[-1] - time[0] >= least * len(steps)):
-        n = int(np.argmin(steps > 0))
-        what = f"at sample {n + 1}" if steps.min() <= 0 else f"by {least:.2g} s a sample (log it from 0)"
+    steps, digit = np.diff(time), float(np.spacing(np.abs(time).max(initial=0.0)))
+    least = max(CLOSEST, 4.0 * digit)
+    if len(steps) and not (steps.min() >= digit and time[-1] - time[0] >= least * len(steps)):
+        n = int(np.argmin(steps >= digit))
+        what = f"at sample {n + 1}" if steps.min() < digit else f"by {least:.2g} s a sample (log it from 0)"
         raise FricError(f"the time does not run forward {what}", where=where, hint="Export the log again.")

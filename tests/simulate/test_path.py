@@ -94,6 +94,19 @@ def test_a_path_too_short_for_its_feed_is_told() -> None:
         PointPath(*turned(0, 10), 0.1).references(4000.0)
 
 
+@pytest.mark.parametrize("apart", [0.0, 1e-310, 1e-20, 1e-13])
+def test_a_point_that_comes_twice_is_followed_once(apart: float) -> None:
+    """Twice on the same place, or nearer than a billionth of the path: over such a chord no slope is finite."""
+    x, y = turned(0, 80)
+    asked = PointPath(x, y, 0.05).references(4000.0)
+    n = int(np.argmin(np.hypot(x, y)))  # where the smallest distance is not lost in the digits
+    x, y = x - x[n], y - y[n]
+    twice = PointPath(np.insert(x, n, apart), np.insert(y, n, 0.0), 0.05).references(4000.0)
+    for reference, of_both in zip(asked, twice, strict=True):
+        moved = [each.position - each.position[0] for each in (reference, of_both)]
+        np.testing.assert_allclose(*moved, atol=1e-11)
+
+
 RECORDED = Circle(0.03, 0.1, 1)
 
 
@@ -129,6 +142,9 @@ def test_a_recording_that_cannot_be_followed_is_refused(tmp_path: Path) -> None:
         RecordedPath(t, 0.1 * t, 0.0 * t)
     with pytest.raises(FricError, match="does not run forward"):
         RecordedPath(t[::-1], t, t)
+    for tiny in (1e-310, 1e-20):  # 0, 1e-310, 2e-3 …: no acceleration has a finite value
+        with pytest.raises(FricError, match="run forward at sample 1"):
+            RecordedPath(np.where(t == t[1], tiny, t), 0.1 * t, 0.0 * t)
     with pytest.raises(FricError, match="does not move"):
         RecordedPath(t, 0.0 * t, 0.0 * t)
 

@@ -28,22 +28,24 @@ from fric.simulate.machine import Axis, Machine
 from fric.units import rotates
 from fric.verb import require_within
 
-PLACES = 5
-"""Places between two counts at which a run that depends on them is made: an odd number, so that the median is a run."""
+PLACES, FEWER = 5, 3
+"""Places between two counts at which a run that depends on them is made, and a run of more than `LONG` samples: odd
+numbers, so that the median is a run."""
+LONG = 1_000_000  # Samples of all axes
 SLOW = 0.03  # Feed below which every run depends on counts [m/s]
 ACCURACY = 5e-9
 """Largest error of the integration of runs that depend on counts [m]; counts move a position by ten times that."""
 MOST_KEPT = 500_000  # Samples of all axes from which on the runs at other places are not kept
-WIDTH = 4.2  # Half of the interval over the standard deviation, for `PLACES` values
+WIDTH = {PLACES: 4.2, FEWER: 6.9}  # Half of the interval over the standard deviation, by the number of values
 
 
 @dataclass(frozen=True)
 class Chance:
     """A figure at each place: its median, and the interval in which 95 % of further runs lie.
 
-    The median ± 4.2 standard deviations: around five normal values this holds 95 % of further ones with a confidence of
-    90 %, and 98 % of them in the mean. It is a tolerance interval (Hahn and Meeker, Statistical Intervals, chapter 4),
-    with the median as its centre. The range of the five holds two of three.
+    The median ± 4.2 standard deviations of five values, or ± 6.9 of three: around normal values this holds 95 % of
+    further ones with a confidence of 90 %, and 98 % and 97 % of them in the mean. It is a tolerance interval (Hahn and
+    Meeker, Statistical Intervals, chapter 4), with the median as its centre. The range of five holds two of three.
     """
 
     values: tuple[float, ...]  # The figure at each place; a single figure where it does not depend on counts
@@ -57,7 +59,7 @@ class Chance:
     @property
     def half(self) -> float:
         """Half of the interval; 0 for one value alone."""
-        return WIDTH * float(np.std(self.values, ddof=1)) if len(self.values) > 1 else 0.0
+        return WIDTH[len(self.values)] * float(np.std(self.values, ddof=1)) if len(self.values) > 1 else 0.0
 
     @property
     def low(self) -> float:
@@ -150,6 +152,8 @@ class ContourRun(ABC, Generic[Followed, Left]):
         slow = test.feed < SLOW and count > 0.0 and places > 1
         sampling, samples = references[0].sampling, len(references[0].position)
         refuse_long(samples / sampling, sampling, len(moved), how.get("schemes", 1))
+        if samples * len(moved) > LONG:
+            places = min(places, FEWER)
         first: Self = once(machine, rough if slow else accuracy)
         if places == 1 or not (slow or 0.0 < first.contour.glitch < count):
             return first
@@ -365,6 +369,7 @@ class CircleMap:
 
 
 SHARPEST = np.pi / 4  # Largest turn from one chord of a path to the next [rad]: more is a corner
+REPEATED = 1e-9  # Share of the length of a path within which points are the same
 RAMP = 0.1  # Time in which the feed rises from rest, and falls to it [s]
 
 
@@ -400,15 +405,16 @@ class PointPath:
 
     @property
     def points(self) -> Real:
-        """The points without repetitions [m], shape (n, 2)."""
+        """The points without repetitions, nearer than `REPEATED` of the path to the point before [m], shape (n, 2)."""
         points = np.column_stack([self.x, self.y])
-        return points[np.concatenate([[True], np.any(np.diff(points, axis=0) != 0, axis=1)])]
+        chords = np.hypot(*np.diff(points, axis=0).T)
+        return points[np.concatenate([[True], chords > REPEATED * chords.sum()])]
 
     def references(self, sampling: float) -> tuple[Reference, Reference]:
         """Return the motion of both axes, from rest to rest, sampled at a rate [Hz]."""
         points = self.points
         knots = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-        if closed := np.allclose(points[0], points[-1], rtol=0, atol=1e-9 * knots[-1]):
+        if closed := np.allclose(points[0], points[-1], rtol=0, atol=REPEATED * knots[-1]):
             points = np.vstack([points[:-1], points[:1]])
         spline = cubic_spline(knots, points, "periodic" if closed else "natural")
         # the length of the spline, by the speed along it between closely spaced parameters
