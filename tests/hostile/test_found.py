@@ -13,6 +13,7 @@ from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from threading import Thread
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -59,6 +60,7 @@ from fric.identify.static_map.map_fit import aged
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.io import roles
 from fric.io.circle import FEEDFORWARD, read_feedforward, read_run_provenance
+from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest
 from fric.io.ingest_circle import StatedCircle, ingest_circles
 from fric.io.readers import base, matlab, tables
@@ -519,6 +521,26 @@ def test_a_velocity_that_is_none_and_a_unit_that_is_empty_are_told(tmp_path: Pat
         cast("Any", file["records/one/position"]).attrs["unit"] = ""
     with pytest.raises(FricError, match=r"log.h5, record 'one', position: position cannot be in ''"):
         fric.read(tmp_path / "log.h5")
+
+
+@pytest.mark.parametrize("kind", ["log", "feedforward"])
+def test_an_error_that_is_kept_blocks_no_other_thread(kind: str, tmp_path: Path) -> None:
+    """As a notebook keeps the last: an ingest that packs chunks in a thread waited without end for h5py's lock."""
+    with h5py.File(tmp_path / "bad.h5", "w") as file:
+        if kind == "log":
+            file.attrs.update({"fric": "log/1", "axis": "x", "motion": "linear"})
+            file["records/one/time"] = file["records/one/position"] = np.arange(3.0)
+            cast("Any", file["records/one/position"]).attrs["unit"] = ""
+        else:
+            file.attrs["fric"] = FEEDFORWARD
+            file["x/voltage"] = "none"
+    with pytest.raises(FricError, match=r"bad\.h5") as kept:
+        read_records(tmp_path / "bad.h5") if kind == "log" else read_feedforward(tmp_path / "bad.h5")
+    other = Thread(target=lambda: h5py.File(tmp_path / "other.h5", "w").close(), daemon=True)
+    other.start()
+    other.join(20.0)
+    assert not other.is_alive()
+    assert kept.value.__traceback__ is not None
 
 
 def test_a_setting_of_a_plan_has_as_many_values_as_its_experiment_takes() -> None:

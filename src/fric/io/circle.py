@@ -29,7 +29,7 @@ from fric.errors import FricError, clean, found_in
 from fric.input import foreign
 from fric.io.channels import origin_of
 from fric.io.readers import tables
-from fric.io.safe_hdf5 import check_type, column, open_file, staged_hdf5, text, write_column
+from fric.io.safe_hdf5 import check_type, column, members, open_file, staged_hdf5, text, write_column
 from fric.notice import Notice
 from fric.series import keep, require_plausible
 from fric.simulate.axis import Trace
@@ -134,7 +134,7 @@ def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
     with open_file(path, hint=AGAIN) as file:
         check_type(file, path, RUN, "Give a file of `fric simulate circle`.")
         with foreign(path, AGAIN, lacking=True):
-            return [_read_run(group, traces) for name, group in file.items() if name != MONTE_CARLO]
+            return [_read_run(group, traces) for name, group in members(file) if name != MONTE_CARLO]
 
 
 def read_run_provenance(path: Path) -> dict[str, Any]:
@@ -174,7 +174,7 @@ def read_drawn(path: Path) -> dict[str, DrawnGlitches]:
 
 
 def _read_run(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
-    attributes = {key: value.item() if isinstance(value, np.generic) else value for key, value in group.attrs.items()}
+    attributes = {key: value.item() if isinstance(value, np.generic) else value for key, value in members(group.attrs)}
     with found_in(f"{group.file.filename}, {group.name}"):
         scheme = Scheme.of({key[7:]: value for key, value in attributes.items() if key.startswith("scheme_")})
     where = f"{group.file.filename}, scheme '{scheme.name}'"
@@ -182,7 +182,7 @@ def _read_run(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
         axis: Trace(
             **{channel: column(recorded, channel) for channel in DIMENSIONS}, saturated=int(recorded.attrs["saturated"])
         )
-        for axis, recorded in (group["axes"].items() if with_traces else ())
+        for axis, recorded in (members(group["axes"]) if with_traces else ())
     }
     for trace in traces.values():
         keep(trace, DIMENSIONS, where)
@@ -227,7 +227,7 @@ def read_feedforward(path: Path) -> dict[str, Real]:
     """Read the voltage that each axis fed forward against friction [V], by its name."""
     with open_file(path) as file:
         check_type(file, path, FEEDFORWARD, "Give a file of `fric learn -o`.")
-        found = {name: column(group, "voltage") for name, group in file.items()}
+        found = {name: column(group, "voltage") for name, group in members(file)}
     for name, volts in found.items():
         require_plausible("voltage", volts, "input", f"{path}, axis {name}")
     return found
@@ -332,7 +332,7 @@ def _read(group: h5py.Group, source: str) -> MeasuredCircle:
             unit=text(part["force"].attrs, "unit", "N") if "force" in part else "N",
         )
         for name, part in sorted(
-            ((name, part) for name, part in group.items() if isinstance(part, h5py.Group) and "position" in part),
+            ((name, part) for name, part in members(group) if isinstance(part, h5py.Group) and "position" in part),
             key=lambda item: (int(item[1].attrs.get("order", 99)), item[0]),
         )
     }

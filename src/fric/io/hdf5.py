@@ -18,7 +18,7 @@ from fric.arrays import Real
 from fric.columns import CHANNELS, FORCE_VELOCITY, KINDS, channel_dimension
 from fric.errors import FricError, clean, found_in, printable, require_name
 from fric.input import files_of
-from fric.io.safe_hdf5 import check_type, open_file, staged_hdf5, text
+from fric.io.safe_hdf5 import check_type, members, open_file, staged_hdf5, text
 from fric.io.safe_hdf5 import column as safe_column
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
 from fric.output import alone
@@ -132,7 +132,7 @@ class LogWriter:
 
     def digests(self) -> dict[str, str]:
         """Return the names of the records in the file by their sha256."""
-        found = {text(group.attrs, "sha256"): name for name, group in self._records.items()}
+        found = {text(group.attrs, "sha256"): name for name, group in members(self._records)}
         return {digest: name for digest, name in found.items() if digest}
 
     def create(self, name: str, **attributes: str | int | None) -> "RecordWriter":
@@ -225,7 +225,7 @@ def check_format(file: h5py.File, path: Path) -> tuple[str, Motion]:
         raise FricError(what, where=str(path), hint="Make it again with `fric ingest`.")
     if not isinstance(records, h5py.Group) or not len(records):
         raise FricError("holds no record", where=str(path), hint="Add one with `fric ingest --append`.")
-    for name, group in records.items():
+    for name, group in members(records):
         if not isinstance(group, h5py.Group):
             raise FricError(f"is damaged: record '{name}' is not a group", where=str(path), hint="Make it again.")
     return require_name(axis, str(path)), cast("Motion", motion)
@@ -236,7 +236,7 @@ def read_records(path: Path) -> list[Record]:
     with open_file(path) as file:
         axis, motion = check_format(file, path)
         common = {"axis": axis, "motion": motion}
-        return [_read(name, group, common, path) for name, group in file["records"].items()]
+        return [_read(name, group, common, path) for name, group in members(file["records"])]
 
 
 def read_logs(paths: Iterable[Path] | Path) -> list[Log]:

@@ -211,8 +211,10 @@ def _other_units(guess: Guess, other: Guess) -> bool:
     both = guess, other
     forces = [g.axis.roles.get("force") for g in both]
     unknown = [role is not None and role.unit_likelihood < SURE for role in forces]
-    names = [g.table.columns[f.column or 0].name for g, f in zip(both, forces, strict=True) if f is not None]
-    return guess.axis.motion != other.axis.motion or (all(unknown) and len(set(names)) > 1)
+    names = [re.sub(r"[\W_]*#[\W_]*", "", g.stem(f.column)) for g, f in zip(both, forces, strict=True) if f is not None]
+    logged = ({column.name for column in g.table.columns} for g in reversed(both))  # u_x beside F, of a drive with both
+    alike = len({*names}) < 2 or any(name in of for name, of in zip(names, logged, strict=False))
+    return guess.axis.motion != other.axis.motion or (all(unknown) and not alike)
 
 
 def _of_group(members: Sequence[ForeignTable]) -> Iterator[Guess]:
@@ -255,6 +257,7 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
         name = axis_of(*(path.name.split(".")[0] for path in guess.files)) or axis_of(
             *(f"axis {path.parent.name}" for path in guess.files)
         )
+        name = None if name in {*"abc"} and not rotates(guess.axis.motion) else name  # they turn: it is of runs
     elif name is None:
         shown = tags(guess.table.columns)
         name = next(filter(None, (shown[n] for n in guess.axis.columns)), None)

@@ -287,6 +287,14 @@ def check_type(file: h5py.File, path: Path, wanted: str, hint: str) -> None:
         raise FricError(f"holds {found}, not {wanted}", where=str(path), hint=hint)
 
 
+def members(group: Any) -> list[tuple[str, Any]]:
+    """Return the names and values of a group, or of attributes.
+
+    The views of h5py hold its lock until their loop ends: an error that ends it, and is kept, would block all threads.
+    """
+    return list(group.items())
+
+
 def text(attributes: Any, name: str, otherwise: str = "") -> str:
     """Return an attribute that is a text; ``otherwise`` where it is missing or no text."""
     value = attributes.get(name, otherwise)

@@ -44,12 +44,13 @@ def named_as(column: Column) -> str | None:
 def axis_of(*names: str) -> str | None:
     """Return the axis that names show, as ``X actual position`` or ``y_strokes``; None where none or several do.
 
-    A letter denotes an axis where it is the first or the last word and not the only word.
+    A letter, or ``AxisX``, denotes an axis where it is the first or the last word and not the only word.
     """
     found = set()
     for name in names:
         parts = re.sub(r"[\W_]+", " ", plain_name(name)).split()
-        found |= {word for word in (*parts[:1], *parts[-1:]) if word in {*AXES} and len(parts) > 1}
+        ends = (re.sub(r"^(?:axis|achse)(?=.$)", "", word) for word in (*parts[:1], *parts[-1:]))
+        found |= {word for word in ends if word in {*AXES} and len(parts) > 1}
     return found.pop() if len(found) == 1 else None
 
 

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from math import hypot, isfinite
 from pathlib import Path
@@ -16,6 +16,7 @@ from fric.circles.measured import MeasuredCircle
 from fric.circles.prediction import Prediction, predicted
 from fric.circles.tune import LEARNED, LeftOver, Tuned, distrusts, measured_glitch, observers_distrust
 from fric.circles.tune import tune as refit
+from fric.contour import of_axes
 from fric.documents import circle_findings
 from fric.documents.base import provenance
 from fric.documents.machine_files import IdentifiedMachine, machine_to_predict
@@ -151,12 +152,15 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
         return Table(["figure", "ball bar's", "here"], rows, "Figures of the ball bar's software; signs are its own")
 
     def glitches(self) -> tuple[float, float] | None:
-        """Return the largest predicted and the largest measured glitch of the known axes [m]."""
-        if self.held is None or not self.held.agrees:
+        """Return the predicted and the measured glitch of one reversal [m]: the largest that is measured.
+
+        Where reversals differ from their prediction, it is the largest of these.
+        """
+        if self.held is None:
             return None
         said, seen = self.held.predicted.glitches, self.found.glitches
-        predicted, measured = (max(abs(mapping[name].value) for name in self.held.agrees) for mapping in (said, seen))
-        return predicted, measured
+        worst = max(self.held.causes or self.held.agrees, key=lambda name: abs(seen[name].value))
+        return abs(said[worst].value), abs(seen[worst].value)
 
     def unmodelled(self) -> dict[str, float]:
         """Return the largest measured glitch of each axis that the machine file has not [m], by its name."""
@@ -233,6 +237,11 @@ def diagnose(
     subject, identified = (machine_of(machine), None) if file is None else machine_to_predict(Path(file))
     drawn = identified.drawn() if identified else None
     advance(0, total=1 + (DRAWS if drawn else 0))
+    if not of_axes(names := found.test.names, subject.axes):
+        why = f"it is of {' and '.join(names)}, and the machine has {' and '.join(subject.axes)}"
+        return DiagnosisResult(
+            replace(found, warnings=(*found.warnings, CIRCLE_UNUSED.found(why=why))), reported=beside
+        )
     predicted, limits = predict(found, subject, wanted, drawn, done=advance)
     step = max(axis.encoder.resolution for axis in subject.axes.values())
     return DiagnosisResult(found, agreement(found, predicted, limits, wanted.name, step, subject.axes), beside)

@@ -8,7 +8,7 @@ from fric.documents.mapping import Layout
 from fric.io.hdf5 import check_format
 from fric.io.readers.base import Column, ForeignTable, Format, Memory
 from fric.io.readers.matlab import tables_in
-from fric.io.safe_hdf5 import column, open_file, text
+from fric.io.safe_hdf5 import column, members, open_file, text
 
 FORMAT = Format("HDF5", (".h5", ".hdf5", ".hdf"))
 
@@ -26,7 +26,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
             return
         axis, motion = check_format(file, path)
         # a list: the iterator of h5py holds its lock between two records
-        for name, group in list(file["records"].items()):
+        for name, group in members(file["records"]):
             said = {key: text(group.attrs, key) for key in group.attrs} | {"axis": axis, "motion": motion, "name": name}
-            columns = tuple(Column(channel, text(data.attrs, "unit") or None) for channel, data in group.items())
+            columns = tuple(Column(channel, text(data.attrs, "unit") or None) for channel, data in members(group))
             yield Memory(path, columns, [column(group, channel) for channel in group], said=said)

@@ -21,7 +21,7 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.readers.base import OF_SEVERAL, RECORD, Column, ForeignTable, Format, Memory, named, whole_stamps
 from fric.io.readers.text import OF_UNITS
-from fric.io.safe_hdf5 import open_file, text
+from fric.io.safe_hdf5 import members, open_file, text
 from fric.io.words import axis_of, spoken
 from fric.process import run_python
 from fric.units import is_unit
@@ -82,7 +82,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
 def tables_in(path: Path, source: h5py.File) -> Iterator[ForeignTable]:
     """Read the groups and datasets of an open HDF5 file, as those of MATLAB 7.3."""
     left = iter(range(MOST_PARTS))
-    nodes = [(name, node) for name, node in source.items() if not name.startswith("#")]
+    nodes = [(name, node) for name, node in members(source) if not name.startswith("#")]
     yield from tables_of(path, {_with_unit(name, node): _tree(node, source, left) for name, node in nodes})
 
 
@@ -156,7 +156,7 @@ def _tree(node: Any, file: h5py.File, left: Iterator[int], depth: int = 0) -> An
         what = f"nests deeper than {MOST_DEPTH}, in a circle, or into over {MOST_PARTS} parts"
         raise FricError(what, where=file.filename, hint="Save arrays.")
     if isinstance(node, h5py.Group):
-        fields = {_with_unit(name, child): _tree(child, file, left, depth + 1) for name, child in node.items()}
+        fields = {_with_unit(name, child): _tree(child, file, left, depth + 1) for name, child in members(node)}
         lists = [value for value in fields.values() if isinstance(value, list)]
         if lists and len(lists) == len(fields) and len({len(value) for value in lists}) == 1:  # a struct array
             return [dict(zip(fields, values, strict=True)) for values in zip(*lists, strict=True)]
