@@ -37,7 +37,10 @@ class Described(Extension):
             names = [name for one in (cls, *cls.mro()) for name in one.attributes]
             made = (cls.members.get(name) for name in ("__init__", "__new__"))
             names += [one.name for function in made if isinstance(function, Function) for one in function.parameters]
-            cls.docstring.value = documented(cleandoc(cls.docstring.value), names, {})
+            text = documented(cleandoc(cls.docstring.value), names, {})
+            if "__init__" not in cls.members and "__new__" in cls.members:  # griffe looks for parameters in __init__
+                text = text.replace("Parameters\n----------", "Attributes\n----------")
+            cls.docstring.value = text
 
     def on_attribute_instance(self, *, attr: Attribute, **_: Any) -> None:
         """Take the comment behind a field for its docstring."""

@@ -437,7 +437,7 @@ def difference(candidate: Candidate, other: Candidate) -> tuple[float, float]:
 def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> Iterator[str]:
     """Return what less effort would cost, and what more effort would gain, where the difference is sure."""
     if evidence.exact and evidence.machines and evidence.glitches is None:
-        decide = f"{evidence.machines} varied machines decide"
+        decide = f"{evidence.machines} varied machine{'s decide' if evidence.machines > 1 else ' decides'}"
         yield f"The simulated controller knows its machine exactly, as no real one does: {decide}."
     less = [candidate for candidate in usable if 0 < candidate.demand < chosen.demand]
     more = [candidate for candidate in usable if candidate.demand > chosen.demand]
@@ -450,7 +450,7 @@ def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) 
         other = min(more, key=lambda candidate: candidate.stays_under)
         if surely_less(other, chosen, evidence.resolution):
             low, high = difference(chosen, other)
-            yield f"{_asks(other, 'more')} ({_between(low, high)} less): not worth it."
+            yield f"{_asks(other, 'more')} ({_between(low, high)} less): not worth the effort."
         elif other.stays_under < chosen.stays_under:
             yield f"{other.named} takes more effort and is not surely better."
 
@@ -477,7 +477,8 @@ def headline(chosen: Candidate, without: Candidate | None, now: str, evidence: E
     on = f" on {' and '.join(axis.upper() for axis in evidence.axes)}" if evidence.axes else ""
     expected = f"glitch{on} {readable(chosen.middle, 'm', 2)}"
     if chosen.drawn:
-        expected += f", at most {readable(chosen.stays_under, 'm', 2)} ({len(chosen.drawn)} varied machines)"
+        machines = f"{len(chosen.drawn)} varied machine{'s' * (len(chosen.drawn) > 1)}"
+        expected += f", at most {readable(chosen.stays_under, 'm', 2)} ({machines})"
     if len(evidence.candidates) == 1:
         text = f"Only {chosen.named} was run, so nothing is compared: expected {expected}."
     elif chosen is without:

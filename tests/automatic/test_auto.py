@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 from typer.testing import CliRunner
 
 import fric
@@ -617,6 +618,24 @@ def test_nothing_to_read_is_an_error(tmp_path):
     for given, told in ((tmp_path / "none", "there is no such file"), (tmp_path / "logs", "there is no log")):
         done = RUN.invoke(app, ["auto", str(given), "-o", str(tmp_path / "out")])
         assert told in str(done.exception)
+
+
+@pytest.mark.usefixtures("first")
+def test_what_one_axis_could_use_is_said_where_the_other_has_no_model(folder, tmp_path):
+    """The advice was (b) for both axes, at 17 µm, without a word of the 0.6 µm that (c) leaves on x."""
+    files = {part: folder / "out/x" / f"{part}.yaml" for part in ("plant", "controller", "friction", "observer")}
+    tree = YAML().load(files["friction"].read_text())
+    del tree["gms"]
+    tree.get("fit", {}).pop("gms", None)
+    YAML().dump(tree, static := tmp_path / "friction.yaml")
+    outcomes = {"x": AxisOutcome("linear", files=files), "y": AxisOutcome("linear", files=files | {"friction": static})}
+    assert all(axis.whole for axis in outcomes.values())
+    made = SimpleNamespace(folder=folder / "out", axes=outcomes)
+    (said,) = fric.AutoResult._one_axis_alone(made)
+    assert said.startswith("Schemes with the GMS model were left out, since Y has none. For X alone: `fric simulate ")
+    assert said.endswith("/machine.yaml --axis x`.")
+    made.axes = {"x": outcomes["x"]}
+    assert fric.AutoResult._one_axis_alone(made) == []
 
 
 @pytest.fixture(scope="module")

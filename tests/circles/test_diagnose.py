@@ -97,7 +97,7 @@ def test_causes_are_ranked_by_the_deviation_of_each_which_is_that_of_the_table()
     faults = Faults(backlash=(0.0, 6e-6), scale=(1.0005, 1.0), glitch=(12e-6, 4e-6, 10e-6, 3e-6))
     rng = np.random.default_rng(5)
     found = DiagnosisResult(diagnose([circle(faults, rng, direction=sense) for sense in (1, -1)])).causes()
-    ranked = ["friction of x", "scale of x against y", "backlash of y", "friction of y"]
+    ranked = ["friction of x", "scale of x against y", "reversal step of y", "friction of y"]
     assert [row[0] for row in found.rows[:4]] == ranked
     assert [float(row[1]) for row in found.rows[:4]] == pytest.approx([12, 7.5, 6, 4], abs=0.4)
     assert sum(float(row[2].rstrip("%")) for row in found.rows) == pytest.approx(100, abs=2)
@@ -292,3 +292,24 @@ def test_the_document_holds_what_the_design_asks_for():
     assert set(found["glitch"]) == set(QUADRANTS)
     assert {"value", "ci95", "width"} <= set(found["glitch"]["+x"])
     assert {"G", "F_max", "F_min", "D"} <= set(found["iso230"])
+
+
+def test_a_circle_of_other_axes_is_not_held_against_a_machine() -> None:
+    """A report of both ended in a traceback, and its document said that they agree."""
+    machine = read_machine(Path("configs/xy-table.yaml"))
+    other = replace(machine, axes={"b": replace(machine.axes["x"], name="b")})
+    result = fric.diagnose("data/circle.h5", machine=other)
+    assert result.held is None
+    assert result.glitches() is None
+    assert "agrees" not in result.document
+    (notice,) = (notice for notice in result.warnings if notice.code == "circle-unused")
+    assert notice.says == "No machine was made to agree with this circle: it is of x and y, and the machine has b."
+
+
+def test_measured_and_predicted_are_of_one_reversal() -> None:
+    result = fric.diagnose("data/circle.h5", machine="xy-table")
+    assert result.held is not None
+    assert result.held.causes
+    seen, said = result.found.glitches, result.held.predicted.glitches
+    worst = max(result.held.causes, key=lambda name: abs(seen[name].value))
+    assert result.glitches() == (abs(said[worst].value), abs(seen[worst].value))

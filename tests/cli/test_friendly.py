@@ -384,7 +384,7 @@ def test_a_similar_name_is_of_a_document_of_the_type_that_is_wanted(tmp_path):
         (["plan", "--stroke", "300", "-o", "plan"], "'300' has no unit"),
         (["plan", "--stroke", "300 mm", "-o", "plan"], "--feed is missing"),
         (["--json", "auto"], "No such option: --json. Options of a command follow its name"),
-        (["foo"], "There are example, auto,"),  # in the order of the help
+        (["foo"], "Commands: example, auto,"),  # in the order of the help
         (["plan", "--stroke", "9 mm", "--feed", "9 mm/s", "--accuracy", "F_s=2", "-o", "plan"], "as F_s=2%"),
     ],
 )

@@ -3,7 +3,7 @@
 import pytest
 
 from fric.io.readers.base import Column
-from fric.io.words import spoken
+from fric.io.words import axis_of, spoken
 
 NAMES = """
 current -: current.q; q_current; Motorstrom; I_motor; motor_current; MotorCurrent_A; corriente motor
@@ -65,3 +65,14 @@ def test_what_a_name_contains_by_chance_says_nothing(name: str, quantity: str | 
     says = spoken(Column(name))
     assert (says.means or None) == quantity
     assert not says.commanded
+
+
+@pytest.mark.parametrize(
+    ("name", "axis"),
+    [
+        ("AxisX.ActPos", "x"), ("X actual position", "x"), ("achse_y_soll", None), ("pos.AxisZ", "z"),
+        ("axis pos", None), ("AxisError.x1", None), ("x", None),
+    ],
+)  # fmt: skip
+def test_a_letter_or_axis_and_a_letter_name_an_axis(name: str, axis: str | None) -> None:
+    assert axis_of(name) == axis

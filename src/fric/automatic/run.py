@@ -246,6 +246,7 @@ class AutoResult(Result, schema=AutoDocument):
             pieces += [_found(name, axis)] if axis.there else [f"axis {name}: {'; '.join(held) or 'nothing'}"]
             lacks = (text for text in axis.missing if f"{name}: {text}" not in self.failed)
             pieces += [f"missing for {text}" for text in lacks]
+        pieces += self._one_axis_alone()
         pieces += ["", *self.verdict.lines(), *self._doubts()]
         kept = self.steps - self.made - len(self.failed)
         numbers = {"run": self.made, "up to date": kept, "failed": len(self.failed)}
@@ -255,6 +256,19 @@ class AutoResult(Result, schema=AutoDocument):
         pieces += [f"failed: {text}" for text in self.failed]
         made = self.page is not None and not any(text.startswith("report: ") for text in self.failed)
         return [*pieces, f"{self.folder / 'report.html'}"] if made else pieces
+
+    def _one_axis_alone(self) -> list[str]:
+        """Return which axes have a GMS model where another has none: schemes with it are not run on both."""
+        if not (machine := self.folder / "machine.yaml").exists():
+            return []
+        frictions = {n: read_document(a.files["friction"], FrictionDocument) for n, a in self.axes.items() if a.whole}
+        lacks = [name.upper() for name, friction in frictions.items() if not friction.section("gms")]
+        alone = [name for name in frictions if name.upper() not in lacks]
+        what = (
+            f"Schemes with the GMS model were left out, since {' and '.join(lacks)} has none. For {{}} alone: `{{}}`."
+        )
+        command = shlex.join(["fric", "simulate", "circle", str(machine), "--axis", *alone[:1]])
+        return [what.format(alone[0].upper(), command)] if lacks and alone else []
 
     def _doubts(self) -> list[str]:
         """Return what is wrong in the files, and the codes of their doubts, where the verdict does not name them."""
@@ -271,11 +285,12 @@ class AutoResult(Result, schema=AutoDocument):
 
 def _found(name: str, outcome: AxisOutcome) -> Table:
     """Return what was found of an axis: its plant, its controller, its static map, and its blocks."""
-    rows: list[Sequence[str]] = []
+    rows, notices = list[Sequence[str]](), list[Notice]()
     of_motion: dict[str, Any] = {}
     for part, wanted in FOUND.items():
         path = outcome.files[part]
         tree = plain(read_tree(path)) if path.exists() else {}
+        notices += map(Notice.of, tree.get("warnings_coded") or ())
         sections = {name: tree.get(name) or {} for name in wanted} if part == "friction" else {part: tree}
         of_motion |= (tree.get("fit") or {}).get("parameters") or {} if part == "plant" else {}
         lacks = () if "gms" in tree else (None,)
@@ -291,7 +306,7 @@ def _found(name: str, outcome: AxisOutcome) -> Table:
             ]  # fmt: skip
             if isinstance(alpha := section.get("alpha"), dict):
                 rows.append(("blocks", str(len(alpha["value"])), "", ""))
-    return named(("", "value", "95 % interval", "unit"), rows, f"axis {name}")
+    return named(("", "value", "95 % interval", "unit"), rows, f"axis {name}", notices)
 
 
 FOUND: Mapping[str, tuple[str, ...]] = {

@@ -397,7 +397,7 @@ def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> t
         def resolve_command(self, ctx: Any, args: list[str]) -> Any:
             if args[0] not in homes and not args[0].startswith("-"):
                 there = ", ".join(self.list_commands(ctx))
-                ctx.fail(f"there is no command '{args[0]}'. {near(args[0], homes)}There are {there}.")
+                ctx.fail(f"there is no command '{args[0]}'. {near(args[0], homes)}Commands: {there}.")
             return super().resolve_command(ctx, args)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:

@@ -137,10 +137,10 @@ def draw_tuned(axis: TunedAxis) -> Figure:
             for axes in (above, below):
                 axes.axvline(0, color=GREY, linewidth=0.6)
         panels[0, 0].set_ylabel("voltage of friction [V]")
-        panels[1, 0].set_ylabel("left [mV]")
+        panels[1, 0].set_ylabel("residual [mV]")
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=3)
-        left = f"{axis.before.rms * 1e3:.2f} mV left before, {axis.after.rms * 1e3:.2f} mV after"
+        left = f"residual {axis.before.rms * 1e3:.2f} mV before, {axis.after.rms * 1e3:.2f} mV after"
         figure.suptitle(f"Axis {axis.axis.name}: {left}", fontsize=9)
     return figure
 

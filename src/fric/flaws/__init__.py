@@ -96,4 +96,4 @@ was read said it first).
         for family in FAMILIES
         if (flaws := entries(family))
     )
-    return head + "".join(chapters)
+    return (head + "".join(chapters)).replace("] [", "] \\[")  # else Markdown takes both for a link

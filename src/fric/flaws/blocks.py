@@ -19,7 +19,7 @@ SINE_TOO_FAST = Flaw("sine-too-fast", "doubt", "Inertia is {share:.0%} of the fo
 BEGINS_LOADED = Flaw("begins-loaded", "note",
     "The contact was loaded where {records} begin: their first strokes are not compared.")
 C_ASSUMED = Flaw("C-assumed", "doubt", "C is assumed to be {C}: {why}.",
-    "{logged:|Log a sine about a steady speed that never reverses: `fric plan` writes its program.}")
+    "{logged:|Log a sine on top of a steady speed, so that the axis never reverses: `fric plan` writes its program.}")
 C_WITHOUT_PLANT = Flaw("C-without-plant", "doubt",
     "C is identified without a plant: inertia was fitted beside the lag, the drive's delay is unknown.",
     "Give `plant=`.", widens={"C": 1.0})

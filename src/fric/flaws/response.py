@@ -20,7 +20,7 @@ A_HOLDS_FRICTION = Flaw("A-holds-friction", lambda f: "note" if f.small else "do
     widens={"A": 0.3, "level": 0.05})
 A_HOLDS_VISCOUS = Flaw("A-holds-viscous", "note",
     "A includes the guideway's viscous friction over the moving mass, besides the drive's damping.",
-    word=("A", "viscous friction in it"))
+    word=("A", "sigma in it"))
 VISCOUS_BY_DIRECTION = Flaw("viscous-by-direction", "doubt",
     "F_v is {forward} forwards and {backward} backwards: their mean holds for neither direction.",
     "Identify again with `direction='each'`.", widens={"A": 0.1})
@@ -28,8 +28,8 @@ T_D_AT_BOUND = Flaw("T_d-at-bound", "doubt",
     "T_d ends at {hold:the hold alone|zero}: input and position are of two instants, or the hold is wrong.",
     "Check the log, and `hold=`.", widens={"T_d": 0.3})
 T_D_ASSUMED = Flaw("T_d-assumed", "doubt",
-    "T_d is not seen in a {effort:force that acts when it is logged: a current loop of 500 Hz|motion: half a sample, "
-    "the hold alone,} is assumed.",
+    "A {effort:logged force|motion} does not show T_d: {effort:that of a current loop of 500 Hz|half a sample, the "
+    "hold,} is assumed.",
     "Give it with `delay=`.", widens={"T_d": 0.5}, no_response=True)
 LINES_STAND_OFF = Flaw("lines-stand-off", "note",
     "{count} lines are left out, which deviate as harmonics of friction do: {lines:.4g} Hz.")

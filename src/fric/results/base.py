@@ -6,7 +6,7 @@ import tomllib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy, deepcopy
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from functools import cache, cached_property
 from html import escape
 from io import StringIO
@@ -125,10 +125,7 @@ def parameters(
 
     A flaw of every session is a word after the name, instead of a warning (`fric.flaws.base.Flaw.word`).
     """
-    made = named(("", "value", "95 % interval", "unit"), estimate_rows(section), title)
-    words = dict(flaw_of(notice).word for notice in notices)
-    rows = [(*row[:-1], f"{row[-1]}, {words[row[0]]}") if row[0] in words else row for row in made.rows]
-    return replace(made, rows=rows)
+    return named(("", "value", "95 % interval", "unit"), estimate_rows(section), title, notices)
 
 
 def told_alone(notices: Iterable[Notice]) -> list[Notice]:
@@ -141,11 +138,15 @@ def told_alone(notices: Iterable[Notice]) -> list[Notice]:
     return found
 
 
-def named(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "") -> Table:
-    """Return a table of symbols in its first column, with a last column of their plain names."""
+def named(
+    columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "", notices: Iterable[Notice] = ()
+) -> Table:
+    """Return a table of symbols in its first column, with a last column of their plain names, and words of flaws."""
+    words = dict(flaw_of(notice).word for notice in notices)
     if not any(names := plain_names(row[0] for row in rows)):
         return Table(columns, rows, title)
-    return Table((*columns, NAMES), [(*row, f"  {name}") for row, name in zip(rows, names, strict=True)], title)
+    said = [f"{name}, {words[row[0]]}" if row[0] in words else name for row, name in zip(rows, names, strict=True)]
+    return Table((*columns, NAMES), [(*row, f"  {name}") for row, name in zip(rows, said, strict=True)], title)
 
 
 def plain(pieces: Iterable[Piece]) -> str:

@@ -97,7 +97,7 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
             both = [glitch for at, glitch in found.glitches.items() if at[1:] == letter]
             peak = max(both, key=lambda glitch: abs(glitch.value))
             parts.append((f"friction of {name}", peak.value, 0.5 * (peak.ci95[1] - peak.ci95[0])))
-            parts.append((f"backlash of {name}", *_sized(geometry[f"backlash.{name}"])))
+            parts.append((f"reversal step of {name}", *_sized(geometry[f"backlash.{name}"])))
         (first, half), (other, its) = (_sized(geometry[f"scale.{name}"], 0.5 * R) for name in names)
         parts.append((f"scale of {names[0]} against {names[1]}", first - other, hypot(half, its)))
         parts.append(("mismatch of the loops", *_sized(geometry["mismatch"])))
@@ -114,8 +114,13 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
     def _geometry(self) -> Table:
         found, geometry = self.found, self.found.geometry
         rows = []
-        for what, unit, offset in (("centre", "µm", 0.0), ("scale", "ppm", 1.0), ("backlash", "µm", 0.0)):
-            rows += [_row(f"{what} {name}", geometry[f"{what}.{name}"], unit, offset) for name in found.test.names]
+        parts = (
+            ("centre", "centre", "µm", 0.0),
+            ("scale", "scale", "ppm", 1.0),
+            ("reversal step", "backlash", "µm", 0.0),
+        )
+        for said, what, unit, offset in parts:
+            rows += [_row(f"{said} {name}", geometry[f"{what}.{name}"], unit, offset) for name in found.test.names]
         rows.append(_row("mismatch of the loops", geometry["mismatch"], "µm"))
         rows.append(_row("squareness", geometry["squareness"], "µrad"))
         rows += [_row(f"lag {name}", lag, "µs") for name, lag in found.lag.items()]

@@ -448,7 +448,8 @@ def _with_supposed_shape(
     matrix = np.transpose(moved) @ moved / 2.0
     seen, far = [freed.free.index(name) for name in covariance.names], NORMAL_97_5 * moment**0.5
     halves = dict(zip(freed.free, NORMAL_97_5 * np.sqrt(np.diag(matrix)), strict=True))
-    delta = Estimate(given, "1", (given * exp(-far), given * exp(far)), assumed=True)
+    unknown = moment > (0.5 * TWOFOLD) ** 2  # the strokes tell less than half of what is supposed
+    delta = Estimate(given, "1", (given * exp(-far), given * exp(far)), assumed=unknown)
     estimates = _wider(estimates, halves, hypot) | {"delta": delta}
     for c in (-NORMAL_97_5, NORMAL_97_5):
         shaped = replace(problem, delta=given * exp(c * TWOFOLD))
