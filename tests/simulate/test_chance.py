@@ -11,6 +11,7 @@ from scipy.special import ndtr
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
+from fric.errors import FricError
 from fric.io.circle import read_runs, write_runs
 from fric.simulate import contour_run
 from fric.simulate.contour_run import ACCURACY, FEWER, PLACES, Chance, Circle, PointPath, run_circle, run_path
@@ -155,3 +156,14 @@ def test_half_of_the_interval_is_written_where_it_is_more_than_the_last_digit() 
     assert Chance((1.5 * UM, 1.51 * UM, 1.5 * UM, 1.5 * UM, 1.5 * UM)).text() == "1.5"
     assert Chance((1.5 * UM, 1.55 * UM, 1.45 * UM, 1.5 * UM, 1.5 * UM)).text() == "1.5±0.1"
     assert Chance((0.0, 0.3 * UM, 0.0, 0.0, 0.0), 0.0).low == 0.0
+
+
+def test_an_axis_that_makes_no_circle_of_the_machine_is_run_alone() -> None:
+    """The third linear axis ended in a KeyError; one that turns is refused."""
+    more = {"z": replace(TABLE.axes["x"], name="z"), "c": replace(TABLE.axes["x"], name="c", motion="rotary")}
+    three = replace(TABLE, axes={**TABLE.axes, **more})
+    run = run_circle(three, PAPER_SCHEMES["a"], only="z")
+    assert [*run.traces] == ["z"]
+    assert run.circularity.quadrants == run_circle(TABLE, PAPER_SCHEMES["a"], only="x").circularity.quadrants
+    with pytest.raises(FricError, match="axis c turns"):
+        run_circle(three, PAPER_SCHEMES["a"], only="c")

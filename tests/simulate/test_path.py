@@ -133,7 +133,7 @@ def test_a_recorded_reference_is_followed_as_it_was_asked_for(tmp_path: Path) ->
     write_runs(again, [run])
     (read,) = read_runs(again)
     assert isinstance(read.test, RecordedPath)
-    np.testing.assert_array_equal(read.test.x, run.path.x)
+    np.testing.assert_array_equal(read.test.x, run.test.x)
 
 
 def test_a_recording_that_cannot_be_followed_is_refused(tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ def predicted(
     of_schemes: Reasons not to trust a single scheme, by scheme.
     """
     study = many.study
-    names = pair(study.machine)
+    names = pair(study.machine, study.only)
     axes = (study.only,) if study.only else tuple(name for name in names if name in study.machine.axes)
     step = 0.0  # the largest error of an encoder
     for name in axes:

@@ -193,7 +193,7 @@ class PathScheme(ContourScheme):
 class PathResultDocument(Document, type="path-result"):
     """Results of schemes on a path."""
 
-    velocity: float = of(lambda made: made.runs[0].path.feed, "feed [m/s]")
+    velocity: float = of(lambda made: made.runs[0].test.feed, "feed [m/s]")
     schemes: dict[str, PathScheme] = of(_by_scheme)
 
 

@@ -117,12 +117,12 @@ def _write_circle(group: h5py.Group, run: CircleRun) -> None:
 
 def _write_path(group: h5py.Group, run: PathRun) -> None:
     found = run.contour
-    group.attrs.update({"feed": run.path.feed, "contour_rms": found.rms, "contour_range": found.range})
+    group.attrs.update({"feed": run.test.feed, "contour_rms": found.rms, "contour_range": found.range})
     write_column(group, "station", found.station, "m")
     write_column(group, "error", found.error, "m")
-    write_column(group, "points", np.column_stack([run.path.x, run.path.y]), "m")
-    if isinstance(run.path, RecordedPath):
-        write_column(group, "time", run.path.time, "s")
+    write_column(group, "points", np.column_stack([run.test.x, run.test.y]), "m")
+    if isinstance(run.test, RecordedPath):
+        write_column(group, "time", run.test.time, "s")
     group["reversals"] = np.array([astuple(reversal) for reversal in found.reversals], REVERSAL)
 
 

@@ -412,7 +412,7 @@ def _test(path: Path) -> ContourTest:
         circle = first.circle
         return ContourTest(*head, circle.feed, circle.radius, circle.direction, QUADRANTS, contours, prediction, runs)
     labels = tuple(f"{'xy'[r.axis]} at ({r.x * 1e3:.3g}, {r.y * 1e3:.3g}) mm" for r in first.contour.reversals)
-    return ContourTest(*head, first.path.feed, None, 1, labels, contours, prediction, runs)
+    return ContourTest(*head, first.test.feed, None, 1, labels, contours, prediction, runs)
 
 
 def _contour(

@@ -352,7 +352,7 @@ class PathResult(Result, schema=PathResultDocument):
 
     def report(self) -> list[Piece]:
         """Return the error under each scheme, and the glitch at each reversal."""
-        title = f"{self.machine.name}: {self.name} at {readable(self.runs[0].path.feed, 'm/s')}; contour error in µm"
+        title = f"{self.machine.name}: {self.name} at {readable(self.runs[0].test.feed, 'm/s')}; contour error in µm"
         sizes = [_row(run, self.runs) for run in self.runs]
         text: list[Piece] = [Table(["scheme", "glitch", "rms", "range", "reduction"], sizes, title)]
         worst = max(self.runs, key=lambda run: run.contour.glitch)

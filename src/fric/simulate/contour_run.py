@@ -86,8 +86,6 @@ class Chance:
 
 
 Left = TypeVar("Left", bound=Circularity | ContourError)
-
-
 Followed = TypeVar("Followed", bound="Circle | PointPath | RecordedPath")
 
 
@@ -130,7 +128,7 @@ class ContourRun(ABC, Generic[Followed, Left]):
         """
         only, places = how.get("only"), how.get("places", PLACES)
         halvings, accuracy = how.get("halvings", 0), how.get("accuracy", 0.0)
-        names = pair(machine)
+        names = pair(machine, only)
         moved = [machine.axis(only).name] if only else [name for name in names if name in machine.axes]
         references = test.references(machine.axes[moved[0]].cascade.sampling)
         asked = dict(zip(names, references, strict=True))
@@ -184,11 +182,16 @@ def figures(contour: Circularity | ContourError) -> Figures:
     return Figures(*(getattr(contour, name) for name in Figures._fields))
 
 
-def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
+def pair(machine: Machine, only: str | None = None, *, both: bool = False) -> tuple[str, str]:
     """Return the names of the two axes that make a circle: ``x`` and ``y``, or the first two.
 
-    A machine of one linear axis runs it with another that follows its reference exactly, and is not in the machine.
+    A machine of one linear axis runs it with another that follows its reference exactly, and is not in the machine; so
+    is any other axis that is run alone.
     """
+    if only and (alone := machine.axis(only)).name not in (usual := pair(machine)):
+        if rotates(alone.motion):
+            raise FricError(f"axis {alone.name} turns: it makes no circle", hint=f"Say {' or '.join(usual)}.")
+        return beside(alone.name)
     if len(linear := [name for name, axis in machine.axes.items() if not rotates(axis.motion)]) < 1 + both:
         raise FricError(
             f"this takes {'two linear axes' if both else 'a linear axis'}, and the machine has {len(linear) or 'none'}",
@@ -495,11 +498,6 @@ class PathRun(ContourRun[PointPath | RecordedPath, ContourError]):
         full = np.hypot(*velocity.T) > test.full * test.feed
         error = contour_error(asked[full], velocity[full], np.column_stack(motion)[full], references[0].sampling)
         return error, () if error.reversals else (NO_REVERSAL.found(),)
-
-    @property
-    def path(self) -> PointPath | RecordedPath:
-        """The path."""
-        return self.test
 
 
 def run_path(machine: Machine, scheme: Scheme, path: PointPath | RecordedPath, **how: Unpack[How]) -> PathRun:
