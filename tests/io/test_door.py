@@ -698,3 +698,23 @@ def test_a_measured_position_in_a_unit_of_another_quantity_is_asked_about(tmp_pa
     np.savetxt(tmp_path / "log.csv", np.column_stack([1e3 * t, r, z, current]), "%.6f", ",", header=header, comments="")
     with pytest.raises(FricError, match="logged in kg"):
         fric.ingest(tmp_path / "log.csv", output=tmp_path / "log.h5")
+
+
+def test_a_column_that_other_files_of_the_axis_show_is_taken_over(tmp_path: Path) -> None:
+    """Beside the excitation that it adds, a response did not say which column is the input: the observer had none."""
+    rng, t, free = np.random.default_rng(4), np.arange(6000) / 1000.0, "Zeit [s];Ist [mm];Kraft [N];Stellgröße [V]"
+    files = {}
+    for name, v in (("hin.csv", 0.02), ("her.csv", -0.02), ("frf.csv", 0.0)):
+        excited = rng.normal(0.0, 0.3, len(t)) if not v else np.zeros(len(t))
+        z = 1e3 * (v * t + 2e-4 * np.cumsum(excited) / 1000.0)
+        force = 60.0 * np.sign(v) + 80.0 * excited + rng.normal(0.0, 0.5, len(t))
+        columns = [t, z, force, (force + rng.normal(0.0, 0.2, len(t))) / 120.0, excited]
+        head = free + ("" if v else ";Zusatzsignal [V]")
+        files[name] = tmp_path / name
+        rows = np.column_stack(columns[: 4 + (not v)])
+        np.savetxt(files[name], rows, delimiter=";", header=head, comments="", fmt="%.6f", encoding="utf-8")
+    with ExitStack() as opened:
+        found = {guess.files[0].name: guess for guess in guesses([*files.values()], opened)}
+    role = found["frf.csv"].axis.roles["input"]
+    assert found["frf.csv"].table.columns[role.column] == Column("Stellgröße", "V")
+    assert role.why == "as in hin.csv"

@@ -234,12 +234,12 @@ def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = 
         left.set_xlabel("glitch [µm]")
         right.set_xlim(0, 118)
         right.set_xticks([0, 50, 100])
-        right.set_xlabel("best on machines [%]", loc="right")  # it is wider than its axes
+        right.set_xlabel("least glitch on [%]", loc="right")  # it is wider than its axes
         for axes in (left, right):
             axes.grid(visible=False, axis="y")
             axes.tick_params(axis="y", length=0)
-        note = "; diamond: nominal machine" if nominal else ""
-        figure.suptitle(f"{len(found)} machines, circle of {feed_of(found.study.circle)}{note}", fontsize=9)
+        note = "line: 90 % of them, bar: half, white: median" + ", diamond: nominal machine" * bool(nominal)
+        figure.suptitle(f"{len(found)} machines, circle of {feed_of(found.study.circle)}\n{note}", fontsize=9)
     return figure
 
 

@@ -21,7 +21,7 @@ NOTHING_SIMULATED = Flaw("nothing-simulated", "wrong", "Nothing was simulated.")
 BELIEF_IS_TRUTH = Flaw("belief-is-truth", "doubt",
     "Here the controllers know plant and friction exactly, and no varied machines were simulated.")
 ONE_MACHINE = Flaw("one-machine", "doubt", "One machine was simulated: how far the glitch scatters is not known.")
-FEW_MACHINES = Flaw("few-machines", "doubt", "{machines} machines were drawn: 95 % of so few is a guess.")
+FEW_MACHINES = Flaw("few-machines", "doubt", "Machines drawn: {machines}. 95 % of so few is a guess.")
 MEASURED_BEYOND = Flaw("measured-beyond", "wrong", "With {scheme} switched on, the measured circle shows {seen:2}.")
 LIMIT_CYCLE = Flaw("limit-cycle", "wrong",
     "The loop swings by {size:2} away from reversals{machines:, on {machines} of {drawn} machines|}: a limit cycle.")

@@ -199,11 +199,26 @@ def guesses(
         owners = {next(iter(known[name])) for name in guess.column_names if len(known.get(name, ())) == 1}
         if not guess.named and len(owners) == 1:
             guess.axis.name = owners.pop()
+    for guess in found:
+        _take_over(guess, [g for g in found if (g.axis.name, g.axis.motion) == (guess.axis.name, guess.axis.motion)])
     for k, guess in enumerate(found):  # what is of the same files, of another motion or in other units, is another axis
         others = [g.axis.name for g in found[:k] if g.files == guess.files or _other_units(g, guess)]
         names = chain([guess.axis.name], (f"{guess.axis.name}{n}" for n in count(2)))
         guess.axis.name = next(name for name in names if name not in others)
     return found
+
+
+def _take_over(guess: Guess, alike: Sequence[Guess]) -> None:
+    """Give a guess the sure channels that its values left open, of columns with the same name in files of its axis."""
+    columns = guess.table.columns
+    for other in alike:
+        for channel, role in other.axis.roles.items():
+            sure = role.column is not None and min(role.likelihood, role.unit_likelihood) >= SURE
+            column = other.table.columns[role.column or 0]
+            n = columns.index(column) if sure and column in columns and channel not in guess.axis.roles else None
+            if n is not None and n not in guess.axis.columns:
+                why = f"as in {other.files[0].name}"
+                guess.axis.roles[channel] = replace(role, column=n, why=why, others={}, turn=0.0)
 
 
 def _other_units(guess: Guess, other: Guess) -> bool:
