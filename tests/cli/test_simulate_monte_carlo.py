@@ -102,7 +102,7 @@ def test_from_intervals_prints_what_is_expected_and_at_most(tmp_path):
 def test_figures_are_drawn(tmp_path):
     many, reversal = tmp_path / "many.svg", tmp_path / "reversal.svg"
     circle("--scheme", "a,c,f", "--monte-carlo", "3", "--plot", str(many), "--plot-reversal", str(reversal))
-    assert "best on" in _text_of(many)
+    assert "least glitch on" in _text_of(many)
     assert reversal.stat().st_size > 10_000
 
 
