@@ -44,6 +44,18 @@ def test_a_model_that_is_not_known_is_refused_before_any_is_fitted(records, monk
         compare_models(["lugre", "foo"], records, split_by_folds(records, 3))
 
 
+def test_a_map_that_is_given_is_not_fitted_among_all_models(records, monkeypatch):
+    """Every comparison with a given map ended, after twenty seconds, in "every parameter of static is given"."""
+    compared = []
+    monkeypatch.setattr(compare, "compare_models", lambda names, *_, **__: compared.extend(names) or 1 / 0)
+    given = fric.StaticMap(60.0, 90.0, 0.002, 1.0, 100.0)
+    for static, left_out in ((None, set()), (given, {"static"})):
+        compared.clear()
+        with pytest.raises(ZeroDivisionError):
+            fric.compare(records[0].log, static=static)
+        assert {name for name, model in models().items() if model.identified} - {*compared} == left_out
+
+
 def test_each_sample_is_scored_by_a_fit_to_others(records):
     for splits in (split_by_folds(records, 3), split_by_cycles(records, 1), split_by_record(records, ["small"])):
         for split in splits:

@@ -15,6 +15,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate, estimate_rows
 from fric.flaws.prediction import INVERSE_LEFT_OUT, T_D_BELOW_HOLD
 from fric.friction import models as known_models
+from fric.friction.stribeck import StaticMap
 from fric.identify.halves import Halves
 from fric.identify.halves import halves as find_halves
 from fric.identify.replay import compare as scoring
@@ -138,6 +139,9 @@ def compare(
     if halves:
         return HalvesResult(find_halves(records, plant_of(plant, axis, motion)), records)
     kept = friction_of(static, axis, motion)
+    held = kept.estimates("static") if kept else {}
+    if models == "all" and held.keys() >= {parameter.name for parameter in StaticMap.parameters}:
+        names.remove(StaticMap.name)  # all of it is given
     ready, loaded = without_loaded(prepared(records, plant_of(plant, axis, motion)))
     if fit_on:
         splits = scoring.split_by_record(ready, [fit_on] if isinstance(fit_on, str) else list(fit_on))
@@ -146,7 +150,7 @@ def compare(
     advance(0, total=len(names))
     settings: dict[str, Any] = {"blocks": blocks, "seed": seed, "advance": advance}
     if kept:
-        settings |= {"static": kept.estimates("static"), "negative": kept.backward()}
+        settings |= {"static": held, "negative": kept.backward()}
     found = scoring.compare_models(names, ready, splits, **settings)
     paths = [Path(path) for path in circles]
     measured = [path for path in paths if recognise(path).startswith("circle/")]
