@@ -1,10 +1,12 @@
 import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
+import fric
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
@@ -63,6 +65,20 @@ def test_runs_of_a_path_pass_through_their_file(tmp_path: Path) -> None:
         del file["f"].attrs["scheme_name"]
     with pytest.raises(FricError, match=r"run\.h5, /f: Scheme needs name"):
         read_runs(tmp_path / "run.h5")
+
+
+def test_a_machine_of_one_axis_follows_a_path_and_draws_it(tmp_path: Path) -> None:
+    """The other follows its reference exactly; the figure ended in an IndexError."""
+    alone = replace(MACHINE, axes={"x": MACHINE.axes["x"]})
+    result = fric.path(alone, PointPath(*turned(0, 300), 0.1), "a")
+    (run,) = result.runs
+    assert [*run.traces] == ["x"]
+    (plan, _) = result.plot().axes
+    assert (plan.get_xlabel(), plan.get_ylabel()) == ("x [mm]", "y [mm]")
+    x, y = plan.lines[0].get_data()
+    np.testing.assert_allclose(np.hypot(x, y), 30.0, atol=1e-3)
+    result.save(tmp_path / "run.h5")
+    assert [*read_runs(tmp_path / "run.h5")[0].traces] == ["x"]
 
 
 def test_a_path_on_which_no_axis_turns_is_told() -> None:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
 from fric.arrays import Real
-from fric.contour import QUADRANTS
+from fric.contour import QUADRANTS, beside
 from fric.control.scheme import Scheme
 from fric.figures.style import BLUE, CYCLE, GREEN, GREY, SKY, VERMILION, feed_of, new_figure, view
 from fric.simulate.axis import Trace
@@ -178,11 +178,12 @@ def last_reversal(trace: Trace, margin: float) -> float:
 def path_figure(runs: Sequence[PathRun]) -> Figure:
     """Return the path with the places where an axis reverses, and beside it the contour error of each scheme."""
     first = runs[0]
-    names = tuple(first.traces)
+    names = tuple(first.traces) if len(first.traces) > 1 else beside(*first.traces)
+    time = next(iter(first.traces.values())).time
     apart = 2.2 * max(float(np.ptp(run.contour.error)) for run in runs) * 1e6 / 2
     with new_figure(8.4, 1.6 + 0.75 * len(runs)) as figure:
         plan, along = figure.subplots(1, 2, width_ratios=(1, 2))
-        plan.plot(*(1e3 * first.traces[name].reference for name in names), color=GREY)
+        plan.plot(*(1e3 * along.position for along in first.test.references(1.0 / (time[1] - time[0]))), color=GREY)
         for n, reversal in enumerate(first.contour.reversals, 1):
             place = (1e3 * reversal.x, 1e3 * reversal.y)
             plan.plot(*place, "o", color=VERMILION, markersize=4)
