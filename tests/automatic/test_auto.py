@@ -20,7 +20,7 @@ from ruamel.yaml import YAML
 from typer.testing import CliRunner
 
 import fric
-from fric.automatic.run import Stated, _circles, _found, find_gains, gains_of
+from fric.automatic.run import Stated, _circles, _found, _schemes, find_gains, gains_of
 from fric.automatic.sources import Sources, find_sources
 from fric.automatic.steps import (
     NO_GMS,
@@ -624,18 +624,24 @@ def test_nothing_to_read_is_an_error(tmp_path):
 def test_what_one_axis_could_use_is_said_where_the_other_has_no_model(folder, tmp_path):
     """The advice was (b) for both axes, at 17 µm, without a word of the 0.6 µm that (c) leaves on x."""
     files = {part: folder / "out/x" / f"{part}.yaml" for part in ("plant", "controller", "friction", "observer")}
-    tree = YAML().load(files["friction"].read_text())
-    del tree["gms"]
-    tree.get("fit", {}).pop("gms", None)
-    YAML().dump(tree, static := tmp_path / "friction.yaml")
-    outcomes = {"x": AxisOutcome("linear", files=files), "y": AxisOutcome("linear", files=files | {"friction": static})}
+    others = {part: tmp_path / path.name for part, path in files.items()}
+    for part, path in files.items():
+        if path.exists():
+            tree = YAML().load(path.read_text()) | {"axis": "y"}
+            tree.pop("gms", None)
+            tree.get("fit", {}).pop("gms", None)
+            YAML().dump(tree, others[part])
+    outcomes = {"x": AxisOutcome("linear", files=files), "y": AxisOutcome("linear", files=others)}
     assert all(axis.whole for axis in outcomes.values())
-    made = SimpleNamespace(folder=folder / "out", axes=outcomes)
-    (said,) = fric.AutoResult._one_axis_alone(made)
+    tree = YAML().load((folder / "out/machine.yaml").read_text())
+    there = {name: {p: path for p, path in axis.files.items() if path.exists()} for name, axis in outcomes.items()}
+    tree["axes"] = {name: {part: str(path) for part, path in of.items()} for name, of in there.items()}
+    YAML().dump(tree, machine := tmp_path / "machine.yaml")
+    can, said = _schemes(outcomes, machine)
+    assert can == ["a", "b"] + ["d", "e"] * files["observer"].exists()
     assert said.startswith("Schemes with the GMS model were left out, since Y has none. For X alone: `fric simulate ")
     assert said.endswith("/machine.yaml --axis x`.")
-    made.axes = {"x": outcomes["x"]}
-    assert fric.AutoResult._one_axis_alone(made) == []
+    assert _schemes({"x": outcomes["x"]}, machine)[1] == ""
 
 
 @pytest.fixture(scope="module")

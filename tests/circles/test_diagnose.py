@@ -97,7 +97,7 @@ def test_causes_are_ranked_by_the_deviation_of_each_which_is_that_of_the_table()
     faults = Faults(backlash=(0.0, 6e-6), scale=(1.0005, 1.0), glitch=(12e-6, 4e-6, 10e-6, 3e-6))
     rng = np.random.default_rng(5)
     found = DiagnosisResult(diagnose([circle(faults, rng, direction=sense) for sense in (1, -1)])).causes()
-    ranked = ["friction of x", "scale of x against y", "reversal step of y", "friction of y"]
+    ranked = ["friction of x", "scale of x against y", "reversal error of y", "friction of y"]
     assert [row[0] for row in found.rows[:4]] == ranked
     assert [float(row[1]) for row in found.rows[:4]] == pytest.approx([12, 7.5, 6, 4], abs=0.4)
     assert sum(float(row[2].rstrip("%")) for row in found.rows) == pytest.approx(100, abs=2)

@@ -197,6 +197,6 @@ def test_diagnose_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert found["agrees"] is True
     assert set(found["predicted"]) == {"+x", "+y", "-x", "-y"}
     assert figure.stat().st_size > 10_000
-    assert "reversal step x" in run("diagnose", tmp_path / "run.h5", "--scheme", "c")
+    assert "reversal error x" in run("diagnose", tmp_path / "run.h5", "--scheme", "c")
     with pytest.raises(FricError, match="2 schemes"):
         choose_circles([tmp_path / "run.h5"])

@@ -156,6 +156,8 @@ def test_half_of_the_interval_is_written_where_it_is_more_than_the_last_digit() 
     assert Chance((1.5 * UM, 1.51 * UM, 1.5 * UM, 1.5 * UM, 1.5 * UM)).text() == "1.5"
     assert Chance((1.5 * UM, 1.55 * UM, 1.45 * UM, 1.5 * UM, 1.5 * UM)).text() == "1.5±0.1"
     assert Chance((0.0, 0.3 * UM, 0.0, 0.0, 0.0), 0.0).low == 0.0
+    four = (1.0 * UM, 1.1 * UM, 1.2 * UM, 1.3 * UM)  # of a run file that something else wrote
+    assert Chance(four).half == 6.9 * np.std(four, ddof=1)
 
 
 def test_an_axis_that_makes_no_circle_of_the_machine_is_run_alone() -> None:

@@ -49,6 +49,7 @@ from fric.results.base import Piece, Result, Table, bounded, named
 from fric.results.given_models import machine_of
 from fric.results.ingest import mapping_of
 from fric.results.kinds import Address, CircleFiles, EncoderName, MachineFile, Quantity, Workers
+from fric.simulate.contour_run import pair
 from fric.units import Motion, drive_unit, is_effort, rotates, si_unit
 from fric.verb import Kind, verb
 from fric.verdict import Evidence, Verdict, decide
@@ -222,6 +223,7 @@ class AutoResult(Result, schema=AutoDocument):
     failed: Sequence[str]  # Steps that failed, with the reason
     page: Report | None  # The report; None where there was nothing to report
     rotary: bool = False  # Whether all axes are rotary
+    alone: str = ""  # The schemes that one axis could run alone, in a sentence
 
     @property
     def warnings(self) -> Sequence[Notice]:
@@ -246,7 +248,7 @@ class AutoResult(Result, schema=AutoDocument):
             pieces += [_found(name, axis)] if axis.there else [f"axis {name}: {'; '.join(held) or 'nothing'}"]
             lacks = (text for text in axis.missing if f"{name}: {text}" not in self.failed)
             pieces += [f"missing for {text}" for text in lacks]
-        pieces += self._one_axis_alone()
+        pieces += [self.alone] if self.alone else []
         pieces += ["", *self.verdict.lines(), *self._doubts()]
         kept = self.steps - self.made - len(self.failed)
         numbers = {"run": self.made, "up to date": kept, "failed": len(self.failed)}
@@ -256,19 +258,6 @@ class AutoResult(Result, schema=AutoDocument):
         pieces += [f"failed: {text}" for text in self.failed]
         made = self.page is not None and not any(text.startswith("report: ") for text in self.failed)
         return [*pieces, f"{self.folder / 'report.html'}"] if made else pieces
-
-    def _one_axis_alone(self) -> list[str]:
-        """Return which axes have a GMS model where another has none: schemes with it are not run on both."""
-        if not (machine := self.folder / "machine.yaml").exists():
-            return []
-        frictions = {n: read_document(a.files["friction"], FrictionDocument) for n, a in self.axes.items() if a.whole}
-        lacks = [name.upper() for name, friction in frictions.items() if not friction.section("gms")]
-        alone = [name for name in frictions if name.upper() not in lacks]
-        what = (
-            f"Schemes with the GMS model were left out, since {' and '.join(lacks)} has none. For {{}} alone: `{{}}`."
-        )
-        command = shlex.join(["fric", "simulate", "circle", str(machine), "--axis", *alone[:1]])
-        return [what.format(alone[0].upper(), command)] if lacks and alone else []
 
     def _doubts(self) -> list[str]:
         """Return what is wrong in the files, and the codes of their doubts, where the verdict does not name them."""
@@ -447,7 +436,8 @@ def auto(
     described = list(once(found.description))
     rotary = bool(axes) and all(rotates(axis.motion) for axis in axes.values())
     failed = [f"{name}: {failure}" for name, failure in session.failed.items()]
-    return AutoResult(folder, axes, described, session.steps, session.made, failed, page, rotary)
+    alone = "" if subject is None or given is not None else _schemes(axes, subject)[1]
+    return AutoResult(folder, axes, described, session.steps, session.made, failed, page, rotary, alone)
 
 
 def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
@@ -515,6 +505,25 @@ def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None)
     return path
 
 
+def _schemes(axes: Mapping[str, AxisOutcome], machine: Path) -> tuple[list[str], str]:
+    """Return the schemes that both axes of the circle can run, and which an axis could run alone, in a sentence."""
+    if all(rotates(axis.motion) for axis in machine_of(machine).axes.values()):
+        return [], ""
+    files = {name: axes[name].files for name in pair(machine_of(machine)) if name in axes}
+    modelled = {n: bool(read_document(of["friction"], FrictionDocument).section("gms")) for n, of in files.items()}
+    observed = all(of["observer"].exists() for of in files.values())
+    can = [
+        name for name, scheme in PAPER_SCHEMES.items()
+        if (all(modelled.values()) or scheme.friction != "gms") and (observed or not scheme.observer)
+    ]  # fmt: skip
+    lacks, alone = (next((name for name, has in modelled.items() if has is known), "") for known in (False, True))
+    if not (lacks and alone):
+        return can, ""
+    command = shlex.join(["fric", "simulate", "circle", str(machine), "--axis", alone])
+    left_out = f"Schemes with the GMS model were left out, since {lacks.upper()} has none."
+    return can, f"{left_out} For {alone.upper()} alone: `{command}`."
+
+
 def _circles(
     session: Session, found: Sources, axes: dict[str, AxisOutcome], machine: Path | None, slow: list[Path], given: bool
 ) -> None:
@@ -528,14 +537,7 @@ def _circles(
         parts = [(name, axes[name].files[part]) for name in axes if name in names for part in ("friction", "plant")]
         options["friction"] = [f"{name}={path}" for name, path in parts if path.exists()]
     else:
-        files = (axis.files["friction"] for axis in axes.values() if axis.whole)
-        frictions = [read_document(file, FrictionDocument) for file in files]
-        presliding = all(friction.section("gms") for friction in frictions)
-        observed = all(axis.files["observer"].exists() for axis in axes.values() if axis.whole)
-        can = [
-            name for name, scheme in PAPER_SCHEMES.items()
-            if (presliding or scheme.friction != "gms") and (observed or not scheme.observer)
-        ]  # fmt: skip
+        can, _ = _schemes(axes, machine)
         options |= {"scheme": ",".join(can)} if len(can) < len(PAPER_SCHEMES) else {}
     if found.circles:
         test = choose_circles(found.circles[:1])[0]

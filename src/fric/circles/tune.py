@@ -31,14 +31,7 @@ from fric.estimate import Estimate, as_filed
 from fric.flaws import circle as flaws
 from fric.flaws import flaw_of
 from fric.flaws.channel import FOREIGN_COMPENSATION
-from fric.flaws.circle import (
-    CIRCLE_DRIFTS,
-    CIRCLE_MISFIT,
-    ONE_FEED,
-    TUNED_IN_PART,
-    TUNING_NO_BETTER,
-    TUNING_REFUSED,
-)
+from fric.flaws.circle import CIRCLE_DRIFTS, CIRCLE_MISFIT, TUNED_IN_PART, TUNING_NO_BETTER, TUNING_REFUSED
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import CIRCLE_ELSEWHERE, NO_MEASURED_CIRCLE
 from fric.friction import FrictionModel
@@ -663,7 +656,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     if not (m > 0 and T_d >= hold_delay(axis.cascade.sampling)):  # no machine
         return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
     plant = Plant(A=max(float(a / m), 0.0), B=float(1 / m), T_d=T_d, K_f=nominal.K_f)
-    unexplained = {ONE_FEED.code, CIRCLE_MISFIT.code} <= {warning.code for warning in warnings}
+    unexplained = {flaws.ONE_FEED.code, CIRCLE_MISFIT.code} <= {warning.code for warning in warnings}
     estimates = tune_fit.tuned_estimates(found, plant, axis.motion, unexplained=unexplained)
     warnings += tune_fit.timing_warnings(axis, found, estimates.plant["T_d"])
     improves = found.rms < before.rms

@@ -804,7 +804,8 @@ def tuned_estimates(found: FittedBalance, plant: Plant, motion: Motion, *, unexp
     either = dict(zip(labels, zip(halves_kept if step.any() else halves, moved, halves, strict=True), strict=True))
 
     def within(name: str, value: float) -> Interval:
-        of_kept, moves, half = (float(part) * (1 + (unexplained and name == "T_d")) for part in either[name])
+        factor = 2.0 if unexplained and name == "T_d" else 1.0
+        of_kept, moves, half = (factor * float(part) for part in either[name])
         if half + abs(moves) > OPEN:
             return 0.0, np.inf
         low, high = (_of_either(of_kept, moves, half, level) for level in (0.025, 0.975))

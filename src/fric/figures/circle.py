@@ -183,7 +183,7 @@ def path_figure(runs: Sequence[PathRun]) -> Figure:
     apart = 2.2 * max(float(np.ptp(run.contour.error)) for run in runs) * 1e6 / 2
     with new_figure(8.4, 1.6 + 0.75 * len(runs)) as figure:
         plan, along = figure.subplots(1, 2, width_ratios=(1, 2))
-        plan.plot(*(1e3 * along.position for along in first.test.references(1.0 / (time[1] - time[0]))), color=GREY)
+        plan.plot(*(1e3 * axis.position for axis in first.test.references(1.0 / (time[1] - time[0]))), color=GREY)
         for n, reversal in enumerate(first.contour.reversals, 1):
             place = (1e3 * reversal.x, 1e3 * reversal.y)
             plan.plot(*place, "o", color=VERMILION, markersize=4)

@@ -97,7 +97,7 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
             both = [glitch for at, glitch in found.glitches.items() if at[1:] == letter]
             peak = max(both, key=lambda glitch: abs(glitch.value))
             parts.append((f"friction of {name}", peak.value, 0.5 * (peak.ci95[1] - peak.ci95[0])))
-            parts.append((f"reversal step of {name}", *_sized(geometry[f"backlash.{name}"])))
+            parts.append((f"reversal error of {name}", *_sized(geometry[f"backlash.{name}"])))
         (first, half), (other, its) = (_sized(geometry[f"scale.{name}"], 0.5 * R) for name in names)
         parts.append((f"scale of {names[0]} against {names[1]}", first - other, hypot(half, its)))
         parts.append(("mismatch of the loops", *_sized(geometry["mismatch"])))
@@ -114,12 +114,8 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
     def _geometry(self) -> Table:
         found, geometry = self.found, self.found.geometry
         rows = []
-        parts = (
-            ("centre", "centre", "µm", 0.0),
-            ("scale", "scale", "ppm", 1.0),
-            ("reversal step", "backlash", "µm", 0.0),
-        )
-        for said, what, unit, offset in parts:
+        for what, unit, offset in (("centre", "µm", 0.0), ("scale", "ppm", 1.0), ("backlash", "µm", 0.0)):
+            said = "reversal error" if what == "backlash" else what  # of ISO 230-2: wind-up and the loop leave one too
             rows += [_row(f"{said} {name}", geometry[f"{what}.{name}"], unit, offset) for name in found.test.names]
         rows.append(_row("mismatch of the loops", geometry["mismatch"], "µm"))
         rows.append(_row("squareness", geometry["squareness"], "µrad"))
@@ -240,13 +236,12 @@ def diagnose(
     wanted = schemes_of(scheme or found.test.scheme or "a", known)[0]
     file = machine if isinstance(machine, Path | str) else None
     subject, identified = (machine_of(machine), None) if file is None else machine_to_predict(Path(file))
-    drawn = identified.drawn() if identified else None
-    advance(0, total=1 + (DRAWS if drawn else 0))
     if not of_axes(names := found.test.names, subject.axes):
         why = f"it is of {' and '.join(names)}, and the machine has {' and '.join(subject.axes)}"
-        return DiagnosisResult(
-            replace(found, warnings=(*found.warnings, CIRCLE_UNUSED.found(why=why))), reported=beside
-        )
+        found = replace(found, warnings=(*found.warnings, CIRCLE_UNUSED.found(why=why)))
+        return DiagnosisResult(found, reported=beside)
+    drawn = identified.drawn() if identified else None
+    advance(0, total=1 + (DRAWS if drawn else 0))
     predicted, limits = predict(found, subject, wanted, drawn, done=advance)
     step = max(axis.encoder.resolution for axis in subject.axes.values())
     return DiagnosisResult(found, agreement(found, predicted, limits, wanted.name, step, subject.axes), beside)

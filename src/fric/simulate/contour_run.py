@@ -59,7 +59,8 @@ class Chance:
     @property
     def half(self) -> float:
         """Half of the interval; 0 for one value alone."""
-        return WIDTH[len(self.values)] * float(np.std(self.values, ddof=1)) if len(self.values) > 1 else 0.0
+        width = WIDTH.get(len(self.values), WIDTH[FEWER])  # another number is of a file that was not written here
+        return width * float(np.std(self.values, ddof=1)) if len(self.values) > 1 else 0.0
 
     @property
     def low(self) -> float:
