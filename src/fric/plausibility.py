@@ -47,12 +47,13 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
         yield Finding("sampling", 1.0 / float(np.median(np.diff(log.time))), motion, where)
         yield Finding("speed", speed_of(log), motion, where)
         if log.velocity is not None and log.position is not None:
-            step = min(8, len(log) // 4)
-            moved = log.position[step:] - log.position[:-step]
             between = np.append(0.0, np.cumsum(0.5 * (log.velocity[1:] + log.velocity[:-1]) * np.diff(log.time)))
-            if np.any(travel := between[step:] - between[:-step]) and np.any(moved):
-                ratio = float(np.sqrt((moved @ moved) / (travel @ travel)))
-                yield Finding("travel", ratio, motion, where)
+            ratios = []  # over short and long windows, along the position: a velocity may be the noise of its counts
+            for step in {min(8, len(log) // 4), len(log) // 16, len(log) // 4}:
+                moved, travel = (x[step:] - x[:-step] for x in (log.position, between))
+                ratios += [float(moved @ moved) / abs(along)] if (along := float(moved @ travel)) else []
+            if any(ratios):
+                yield Finding("travel", min((r for r in ratios if r), key=lambda r: abs(np.log(r))), motion, where)
         if log.position is not None and log.reference is not None and np.ptp(log.reference) and np.ptp(log.position):
             yield Finding("following", float(np.ptp(log.position) / np.ptp(log.reference)), motion, where)
             z, asked = (log.position - log.position.mean()), (log.reference - log.reference.mean())

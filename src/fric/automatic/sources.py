@@ -156,9 +156,10 @@ def find_sources(
         if not (why := _read(path, "", found, seen, assume=assume)):
             del asking[path]
     several = Counter((log.path, log.mapping or "") for log in found.logs if not rotates(log.motion))
-    found.traces |= {
-        path: of for (path, of), axes in several.items() if of and axes > 1 and _share_on_circles(path, of)
-    }
+    shares = {key: _share_on_circles(*key) for key, axes in several.items() if key[1] and axes > 1}
+    found.traces |= {path: of for (path, of), share in shares.items() if share}
+    circles = {path for (path, _), share in shares.items() if share > ON_CIRCLES}
+    found.logs = [log for log in found.logs if log.path not in circles] or found.logs
     shown = {log.path for log in found.logs if not log.lacks}
     asking |= {log.path: log.lacks for log in found.logs if log.path not in shown}
     found.logs = [log for log in found.logs if not log.lacks]

@@ -33,7 +33,7 @@ from fric.estimate import Covariance, Estimate, Interval, Scale
 from fric.log import Record
 from fric.notice import Notice, Severity, once
 from fric.process import holding, now
-from fric.units import OF_INPUT, Motion, factor, of_force, si_unit
+from fric.units import Motion, factor, of_force, rotates, si_unit
 from fric.verb import UNIONS
 
 LARGEST = 1e20  # Largest number of a quantity: a stiffness of 1e9 N/m whose interval is open reaches 1e15
@@ -423,10 +423,11 @@ class OfAxis(Document):
     motion: Motion = "linear"
 
     def belongs(self, axis: str, motion: Motion) -> bool:
-        """Return whether it is of an axis: of the same forces, and of the same input where it holds an input."""
-        has_input = any(of in OF_INPUT for of in getattr(self, "dimensions", {}).values())
-        given = (self.motion, motion) if has_input else (of_force(self.motion), of_force(motion))
-        return self.axis == axis and given[0] == given[1]
+        """Return whether it is of an axis: of the same units of what it holds, or of forces where it has no such."""
+        held = {*getattr(self, "dimensions", {}).values()}
+        alike = all(si_unit(of, self.motion) == si_unit(of, motion) for of in held)
+        alike &= rotates(self.motion) == rotates(motion) if held else of_force(self.motion) == of_force(motion)
+        return alike and self.axis == axis
 
 
 class AxisDocument(OfAxis, Physical):

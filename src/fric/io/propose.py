@@ -22,7 +22,7 @@ from fric.io.channels import plan
 from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, plain_name
 from fric.io.recognise import is_hdf5
-from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory, is_supply
+from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory, is_supply, take_reading
 from fric.io.safe_hdf5 import open_file, text
 from fric.io.words import (
     OF_MEANS,
@@ -106,6 +106,10 @@ class Guess:
         axis = re.escape(self.axis.name.removeprefix("axis"))
         name = "" if column is None else self.table.columns[column].name
         return re.sub(rf"(?i)(?<![a-z]){axis}(?![a-z0-9])|(?<=[a-z]){axis}(?!\d)", "#", name) if axis else name
+
+    def plain(self, column: int | None) -> str:
+        """Return the same without what joins them."""
+        return re.sub(r"[\W_]*#[\W_]*", "", self.stem(column))
 
     def stems(self, role: Role) -> frozenset[str]:
         """Return the names, without that of the axis, of the columns that a role may be."""
@@ -199,6 +203,13 @@ def guesses(
         owners = {next(iter(known[name])) for name in guess.column_names if len(known.get(name, ())) == 1}
         if not guess.named and len(owners) == 1:
             guess.axis.name = owners.pop()
+    inputs = {g.plain(g.axis.roles["input"].column): g.axis.roles["input"] for g in found if "input" in g.axis.roles}
+    for guess in found:  # u_x beside files with F and u, though alone it may be logged in place of a force
+        roles = guess.axis.roles
+        if (force := roles.get("force")) and force.unit != "A" and (of := inputs.get(guess.plain(force.column))):
+            roles["input"] = replace(of, column=force.column, sign=force.sign, others=force.others)
+            del roles["force"]
+            guess.axis.motion = "rotary" if rotates(guess.axis.motion) else "linear"
     for guess in found:
         _take_over(guess, [g for g in found if (g.axis.name, g.axis.motion) == (guess.axis.name, guess.axis.motion)])
     for k, guess in enumerate(found):  # what is of the same files, of another motion or in other units, is another axis
@@ -209,9 +220,15 @@ def guesses(
 
 
 def _take_over(guess: Guess, alike: Sequence[Guess]) -> None:
-    """Give a guess the sure channels that its values left open, of columns with the same name in files of its axis."""
-    columns = guess.table.columns
+    """Give a guess what its values left open and files of its axis surely show of the same columns."""
+    columns, readings = guess.table.columns, guess.axis.readings
     for other in alike:
+        first, second = (g.axis.roles.get("position") for g in (guess, other))
+        if first and second and second.unit_likelihood >= SURE > first.unit_likelihood and second.column is not None:
+            same = other.table.columns[second.column] == columns[first.column or 0]
+            known = [r for r in readings if (r.motion, r.position) == (other.axis.motion, second.unit)] if same else []
+            for reading in known[:1]:
+                take_reading(guess.axis, reading)
         for channel, role in other.axis.roles.items():
             sure = role.column is not None and min(role.likelihood, role.unit_likelihood) >= SURE
             column = other.table.columns[role.column or 0]
@@ -226,7 +243,7 @@ def _other_units(guess: Guess, other: Guess) -> bool:
     both = guess, other
     forces = [g.axis.roles.get("force") for g in both]
     unknown = [role is not None and role.unit_likelihood < SURE for role in forces]
-    names = [re.sub(r"[\W_]*#[\W_]*", "", g.stem(f.column)) for g, f in zip(both, forces, strict=True) if f is not None]
+    names = [g.plain(f.column) for g, f in zip(both, forces, strict=True) if f is not None]
     logged = ({column.name for column in g.table.columns} for g in reversed(both))  # u_x beside F, of a drive with both
     alike = len({*names}) < 2 or any(name in of for name, of in zip(names, logged, strict=False))
     return guess.axis.motion != other.axis.motion or (all(unknown) and not alike)
@@ -484,14 +501,16 @@ class Guessed:
 
     def notices(self, mapping: str = "") -> list[Notice]:
         """Return what was assumed, and what was sure."""
-        found, sure = list[Notice](), dict[str, dict[Path, None]]()
+        assumed, sure = dict[str, list[str]](), dict[str, dict[Path, None]]()
         for guess in self.usable:
-            files, columns, roles = first_of(guess.files), guess.table.columns, guess.axis.roles.items()
+            columns, roles = guess.table.columns, guess.axis.roles.items()
             means = ", ".join(f'{k} is "{columns[r.column].name}"' for k, r in roles if r.column is not None)
-            if what := "; ".join(guess.open):
-                found.append(MAPPING_ASSUMED.found(files=files, what=what, mapping=mapping))
+            if guess.open:
+                assumed.setdefault(first_of(guess.files), []).extend(guess.open)
             else:
                 sure.setdefault(f"check {mapping}" if mapping else means, {}).update(dict.fromkeys(guess.files))
+        of_files = assumed.items()
+        found = [MAPPING_ASSUMED.found(files=files, what="; ".join(what), mapping=mapping) for files, what in of_files]
         return found + [MAPPING_PROPOSED.found(means=how, files=first_of([*files])) for how, files in sure.items()]
 
     def asked(self) -> list[Notice]:

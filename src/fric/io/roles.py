@@ -28,6 +28,7 @@ from fric.io.words import (
     in_counts,
     is_electrical,
     motions_in,
+    of_axis,
     readings,
     says_mode,
     spoken,
@@ -163,7 +164,7 @@ def _spoken_of(columns: Sequence[Column]) -> list[Spoken]:
     """Return what names show of columns: beside ``q[0]``, ``q_d[0]`` is what is desired."""
     names, plain = {column.name for column in columns}, [re.sub(r"_d(?=\W|_?\d|$)", "", c.name) for c in columns]
     desired = [name in names and name != column.name for name, column in zip(plain, columns, strict=True)]
-    said = [spoken(column) for column in columns]
+    said = [of_axis(column, tag) for column, tag in zip(columns, tags(columns), strict=True)]
     if not any(says.quantity in {"position", "velocity"} for says in said):  # what an oscilloscope has of sensors
         bare = {n: spoken(of._replace(unit=None)) for n, of in enumerate(columns) if converts(of.unit, "input")}
         bare = {n: says for n, says in bare.items() if says.quantity != "input"}
@@ -701,9 +702,9 @@ def _drives(
             apart = tag != data.tags[n] and (data.tags[n] in named or bool(tag and data.tags[n]))
             of_axes.append((0.0, 1) if apart else _weighed(data, pairs, int(n), movement, motion))
         best = max(pair[0] for pair in of_axes)
-        for of_axis, (score, sign) in zip(scores, of_axes, strict=True):
+        for known, (score, sign) in zip(scores, of_axes, strict=True):
             if score >= 0.5 * best and score > (least if says.quantity != "force" else 0.0):
-                of_axis[int(n)] = score if score == best else 0.3 * score, sign
+                known[int(n)] = score if score == best else 0.3 * score, sign
     return scores
 
 

@@ -157,6 +157,18 @@ def spoken(column: Column) -> Spoken:
     return Spoken(quantity, unit, commanded, measured, moves, _has(name, SHOWS["at_load"]), means)
 
 
+def of_axis(column: Column, tag: str | None) -> Spoken:
+    """Return what a name shows beside the letter of its axis: ``u_x`` an input, ``x`` and ``x_ref`` positions."""
+    if tag not in {*"xyz"}:
+        return spoken(column)
+    if (says := spoken(column)).quantity is None:
+        rest = " ".join(word for word in _words(bare(column)).split() if word != tag)
+        says = spoken(Column(rest or "pos", column.unit))
+        of = "position" if says.quantity is None and (says.commanded or says.measured) else says.quantity
+        says = says._replace(quantity=of)
+    return says._replace(moves=says.moves if max(says.moves.values(), default=0.0) > 3.0 else {"linear": 12.0})
+
+
 CUSTOMS = tuple((unit, weight, re.compile(known)) for unit, weight, known in _LISTS["customs"]["units"])
 
 
@@ -229,7 +241,7 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
         rests: dict[str, set[tuple[str, ...]]] = {}
         found = [""] * len(names)
         for k, (name, n) in enumerate(zip(names, places, strict=True)):
-            if n >= 0 and len(name) > 1 and not says_something(name[n]):
+            if n >= 0 and (len(name) > 1 or places is within) and not says_something(name[n]):
                 found[k] = name[n]
                 rests.setdefault(name[n], set()).add((*name[:n], *name[n + 1 :], shown[k]))
         common = {word: rest & set().union(*(r for w, r in rests.items() if w != word)) for word, rest in rests.items()}
@@ -441,7 +453,7 @@ def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[
     if whole and size > (20.0 if says.means in {"force", ""} else 100.0):
         return "count", 0.6, ("0.1 %", newtons, "A")  # the step of a converter, or of CiA 402
     if says.means == "input":
-        return "V", 0.9 if channel == "input" else 0.8, ("%", "count")
+        return "V", 0.96 if channel == "input" else 0.8, ("%", "count")  # beside a force it is in a unit of its gains
     if says.means in {"force", "load"}:
         return (newtons, 0.6, ("A", "%")) if says.means == "force" else ("%", 0.7, ("A", newtons))
     top = np.abs(values).max(initial=0.0)

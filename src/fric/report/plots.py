@@ -329,6 +329,7 @@ def _measured(
     hysteresis, left = [], []
     for log in waves:
         try:
+            log.require("force", "its cycle")
             cycle = find_cycles(prepared([log], plant)[0])
         except FricError as error:  # it was left out of the fit, too
             left.append(f"Record '{log.name}' is not drawn: {error.what}.")

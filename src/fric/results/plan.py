@@ -19,11 +19,12 @@ from fric.errors import FricError, near
 from fric.export.motion import DIALECTS, Arc, Move
 from fric.flaws.prediction import PLAN_FRICTION_ALONE
 from fric.friction import models
+from fric.friction.stribeck import StaticMap
 from fric.notice import Notice
 from fric.output import write_folder
 from fric.planning.choose import KIND_OF, TYPICAL, Wanted, durations, narrowing, planned_for, prior_axis
 from fric.results.base import Advance, Piece, Result, Table, bounded, in_si, logs_of, plain_names, positive, silent
-from fric.results.given_models import document_of, machine_of, schemes_of
+from fric.results.given_models import document_of, friction_of, machine_of, schemes_of
 from fric.results.kinds import AxisName, FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
 from fric.simulate.experiment import Limits, Narrowing, Plan, Planned
 from fric.simulate.machine import Axis
@@ -204,11 +205,15 @@ def _prior(
     machine: Any, axis: str, friction: Any, plant: Any = None, *, noise: Any, encoder: Any, like: Any
 ) -> tuple[Axis, list[Notice], FrictionDocument | None, PlantDocument | None]:
     """Return the axis as known beforehand, the substitutes for what is unknown, and its friction and plant."""
-    known = None if friction is None else document_of(FrictionDocument, friction)
+    subject = None if machine is None else machine_of(machine)
+    if isinstance(friction, StaticMap):
+        known = friction_of(friction, axis, "linear" if subject is None else subject.axis(axis).motion)
+    else:
+        known = None if friction is None else document_of(FrictionDocument, friction)
     of = None if known is None else (known.axis, known.motion)
     responded = None if plant is None else document_of(PlantDocument, plant, of, "friction")
     logs = () if like is None else logs_of([like])
-    found, notices = prior_axis(None if machine is None else machine_of(machine), axis, known, responded, logs)
+    found, notices = prior_axis(subject, axis, known, responded, logs)
     if encoder is not None:
         found = replace(found, encoder=Encoder(in_si(encoder, "small length", found.motion)))
     if noise is not None:

@@ -110,7 +110,7 @@ def periods(values: Real, period: int) -> Complex:
     """Return the lines k ≥ 1 of each whole period, counted back from the end, without the mean drift: (p, n)."""
     count = len(values) // period
     x = values[-count * period :]
-    x = x - drift(values, period) * np.arange(len(x))
+    x = x - drift(x, period) * np.arange(len(x))  # of these periods alone: an axis may start before them
     return np.asarray(fft.rfft(x.reshape(count, period))[:, 1 : (period + 1) // 2] / period)
 
 
@@ -235,6 +235,7 @@ def _smoothed(variance: Real, freedom: int) -> Real:
     return np.where(np.isfinite(log), np.exp(mean - bias), np.inf)
 
 
+LEAST_ASKED = 0.01  # Share of the periodic motion that a reference asks for, if it drives the axis: a resonance is less
 DRIVEN_APART = 1.5  # Ratio of two amplitudes above which they separate driven lines from the others
 LESS = 0.75  # Least power of that ratio by which a driven line grows
 
@@ -426,8 +427,22 @@ def _table(record: FrequencyResponse) -> MeasuredResponse:
 
 def _period(record: Log, u: Real) -> int | None:
     """Return the period of the excitation in samples: of the reference, if periodic, or of the input."""
-    found = find_period(np.diff(r)) if (r := record.reference) is not None and _accelerates(r) else None
+    r, z = record.reference, record.position
+    found = find_period(np.diff(r)) if r is not None and _accelerates(r) and _asks(r, z) else None
     return find_period(u) if found is None else found
+
+
+def _asks(reference: Real, position: Real | None) -> bool:
+    """Return whether a reference asks for a hundredth at least of the motion about a uniform motion, in the last half.
+
+    A uniform motion that is rounded is periodic, too, and asks for nothing.
+    """
+    if position is None:
+        return True
+    asked, moved = (
+        np.std(x - np.linspace(x[0], x[-1], len(x))) for x in (v[len(v) // 2 :] for v in (reference, position))
+    )
+    return bool(asked > LEAST_ASKED * moved)
 
 
 def _accelerates(reference: Real) -> bool:
@@ -439,7 +454,7 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
     with found_in(record.where):
         spectra = period_spectra(u, z, period, sampling)
     if known is None and record.reference is not None:
-        known = _driven(record.reference, period)
+        known = _driven(record.reference, record.position, period)
     lines = excited(spectra) if known is None else known
     if np.count_nonzero(lines) < 3:
         raise FricError("fewer than three frequencies are excited", where=record.where, hint="Excite more of them.")
@@ -466,11 +481,14 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
     )
 
 
-def _driven(reference: Real, period: int) -> Mask | None:
+def _driven(reference: Real, position: Real | None, period: int) -> Mask | None:
     """Return the lines that the reference drives; None where it drives none, but adds a slow motion."""
     if not _accelerates(reference):
         return None
     lines = np.abs(periods(reference, period))
+    moved = 0.0 if position is None else np.linalg.norm(np.median(np.abs(periods(position, period)), axis=0))
+    if np.linalg.norm(np.median(lines, axis=0)) <= LEAST_ASKED * moved:
+        return None
     steady = lines.min(axis=0) > 0.5 * lines.max(axis=0)
     driven = steady & (lines.mean(axis=0) > 1e-3 * np.max(lines.mean(axis=0), where=steady, initial=0.0))
     return driven if np.count_nonzero(driven) >= 3 else None
