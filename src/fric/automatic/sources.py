@@ -104,6 +104,7 @@ class Sources:
     copies: list[Path] = field(default_factory=list)  # Files whose records another file holds already
     # Foreign files that are read with a bundled mapping, by its name
     guessed: dict[str, list[Path]] = field(default_factory=dict)
+    beside: dict[str, list[Path]] = field(default_factory=dict)  # Those with a mapping beside them, by its file
     refused: dict[str, list[Path]] = field(default_factory=dict)  # Foreign files that cannot be read, by reason
     open: Guessed = field(default_factory=lambda: Guessed(()))  # What is open of foreign files
 
@@ -155,11 +156,7 @@ def find_sources(
     for path in [path for path, why in asking.items() if why == LACKS_FORCE]:
         if not (why := _read(path, "", found, seen, assume=assume)):
             del asking[path]
-    several = Counter((log.path, log.mapping or "") for log in found.logs if not rotates(log.motion))
-    shares = {key: _share_on_circles(*key) for key, axes in several.items() if key[1] and axes > 1}
-    found.traces |= {path: of for (path, of), share in shares.items() if share}
-    circles = {path for (path, _), share in shares.items() if share > ON_CIRCLES}
-    found.logs = [log for log in found.logs if log.path not in circles] or found.logs
+    _take_circles(found)
     shown = {log.path for log in found.logs if not log.lacks}
     asking |= {log.path: log.lacks for log in found.logs if log.path not in shown}
     found.logs = [log for log in found.logs if not log.lacks]
@@ -172,15 +169,31 @@ def find_sources(
     logs = [replace(record, source="") for record in seen if isinstance(record, Log)]
     findings = (of(log) for log in logs for of in (switched, two_encoders, holds))
     found.description += [notice for notice in findings if notice is not None]
+    _say(found)
+    return found
+
+
+def _say(found: Sources) -> None:
+    """Say once of files what they are, or why they were left out."""
     if found.copies:
         found.description.append(FILE_COPIES.found(files=first_of(found.copies)))
     for why, files in found.refused.items():
         propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
         propose = propose if "column" in why else ""
         found.description.append(FILE_LEFT_OUT.found(first_of(files), why=why, propose=propose))
+    for name, files in found.beside.items():
+        found.description.append(MAPPING_BESIDE.found(first_of(files), mapping=name))
     for name, files in found.guessed.items():
         found.description.append(MAPPING_BUNDLED.found(mapping=name, files=first_of(files)))
-    return found
+
+
+def _take_circles(found: Sources) -> None:
+    """Take logs of several axes that run on circles as circle tests, which are no logs besides, if there are others."""
+    several = Counter((log.path, log.mapping or "") for log in found.logs if not rotates(log.motion))
+    shares = {key: _share_on_circles(*key) for key, axes in several.items() if key[1] and axes > 1}
+    found.traces |= {path: of for (path, of), share in shares.items() if share}
+    circles = {path for (path, _), share in shares.items() if share > ON_CIRCLES}
+    found.logs = [log for log in found.logs if log.path not in circles] or found.logs
 
 
 def _guessed(
@@ -355,7 +368,7 @@ def _foreign(
         file, axes = known
         whys = [_read(path, str(file), found, seen, axis=axis, assume=True) for axis in axes]
         if not all(whys):
-            found.description.append(MAPPING_BESIDE.found(str(path), mapping=str(file)))
+            found.beside.setdefault(str(file), []).append(path)
             return next(filter(None, whys), "")
     if not mapping and _tried(lambda: says_all(path)) == "force":
         return LACKS_FORCE

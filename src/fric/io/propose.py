@@ -203,13 +203,7 @@ def guesses(
         owners = {next(iter(known[name])) for name in guess.column_names if len(known.get(name, ())) == 1}
         if not guess.named and len(owners) == 1:
             guess.axis.name = owners.pop()
-    inputs = {g.plain(g.axis.roles["input"].column): g.axis.roles["input"] for g in found if "input" in g.axis.roles}
-    for guess in found:  # u_x beside files with F and u, though alone it may be logged in place of a force
-        roles = guess.axis.roles
-        if (force := roles.get("force")) and force.unit != "A" and (of := inputs.get(guess.plain(force.column))):
-            roles["input"] = replace(of, column=force.column, sign=force.sign, others=force.others)
-            del roles["force"]
-            guess.axis.motion = "rotary" if rotates(guess.axis.motion) else "linear"
+    _agree(found)
     for guess in found:
         _take_over(guess, [g for g in found if (g.axis.name, g.axis.motion) == (guess.axis.name, guess.axis.motion)])
     for k, guess in enumerate(found):  # what is of the same files, of another motion or in other units, is another axis
@@ -219,16 +213,28 @@ def guesses(
     return found
 
 
+def _agree(found: Sequence[Guess]) -> None:
+    """Take what some files of a folder show for those whose columns have the same names: inputs, units of positions."""
+    inputs = {g.plain(g.axis.roles["input"].column): g.axis.roles["input"] for g in found if "input" in g.axis.roles}
+    for guess in found:  # u_x beside files with F and u, though alone it may be logged in place of a force
+        roles = guess.axis.roles
+        if (force := roles.get("force")) and force.unit != "A" and (of := inputs.get(guess.plain(force.column))):
+            roles["input"] = replace(of, column=force.column, sign=force.sign, others=force.others)
+            del roles["force"]
+            guess.axis.motion = "rotary" if rotates(guess.axis.motion) else "linear"
+    moved = [(g, g.plain(role.column), role) for g in found if (role := g.axis.roles.get("position"))]
+    for guess, name, role in moved:
+        other, _, known = max((p for p in moved if p[1] == name), key=lambda p: p[2].unit_likelihood)
+        unit = rotates(other.axis.motion), known.unit
+        readings = (r for r in guess.axis.readings if (rotates(r.motion), r.position) == unit)
+        if role.unit_likelihood < SURE and other is not guess and (reading := next(readings, None)):
+            take_reading(guess.axis, reading, known.unit_likelihood)
+
+
 def _take_over(guess: Guess, alike: Sequence[Guess]) -> None:
     """Give a guess what its values left open and files of its axis surely show of the same columns."""
-    columns, readings = guess.table.columns, guess.axis.readings
+    columns = guess.table.columns
     for other in alike:
-        first, second = (g.axis.roles.get("position") for g in (guess, other))
-        if first and second and second.unit_likelihood >= SURE > first.unit_likelihood and second.column is not None:
-            same = other.table.columns[second.column] == columns[first.column or 0]
-            known = [r for r in readings if (r.motion, r.position) == (other.axis.motion, second.unit)] if same else []
-            for reading in known[:1]:
-                take_reading(guess.axis, reading)
         for channel, role in other.axis.roles.items():
             sure = role.column is not None and min(role.likelihood, role.unit_likelihood) >= SURE
             column = other.table.columns[role.column or 0]
@@ -289,7 +295,8 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
         name = axis_of(*(path.name.split(".")[0] for path in guess.files)) or axis_of(
             *(f"axis {path.parent.name}" for path in guess.files)
         )
-        name = None if name in {*"abc"} and not rotates(guess.axis.motion) else name  # they turn: it is of runs
+        turns = rotates(guess.axis.motion) and guess.axis.motion_likelihood >= SURE
+        name = None if name in {*"abc"} and not turns else name  # it is of runs
     elif name is None:
         shown = tags(guess.table.columns)
         name = next(filter(None, (shown[n] for n in guess.axis.columns)), None)

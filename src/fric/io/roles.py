@@ -512,11 +512,14 @@ def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
         if edge[p].any() and not any(onward[q, p] and pairs.share[q, p] > 0.9 * pairs.share[p].max()
                                      for q in range(len(data.columns)))
     ]  # fmt: skip
+    named = [n for n, says in enumerate(data.said) if says.quantity == "position" and data.moving[n]]
     free = [
         n for n in np.flatnonzero(data.moving & (data.levels > MODES))
         if n not in roots and not onward[:, n].any() and data.said[n].quantity in {None, "position"}
         and np.isfinite(pairs.share[n]).any() and rough[n] < JUMPS
-        and (data.said[n].quantity or any(_of_an_axis(data, pairs, int(n), k) for k in roots))
+        and (data.said[n].quantity or any(
+            _of_an_axis(data, pairs, int(n), k) for k in (*roots, *(named if data.said[n].commanded else ()))
+        ))
     ]  # fmt: skip
     candidates = [*sorted(roots, key=lambda p: -float(pairs.share[p].max())), *map(int, free)]
     if not candidates and not any(says.quantity == "velocity" for says in data.said):
@@ -1121,19 +1124,24 @@ def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken, *o
     return [replace(r, weight=r.weight * by_name[r.motion] * by_force[r.motion] * fits(r)) for r in found]
 
 
-def take_reading(axis: AxisColumns, reading: Reading) -> None:
-    """Take the units of a reading as those of an axis, which closes its questions."""
+def take_reading(axis: AxisColumns, reading: Reading, likelihood: float = 1.0) -> None:
+    """Take the units of a reading as those of an axis, which closes its questions where it is sure."""
+    axis.readings = (reading, *(other for other in axis.readings if other != reading))
     if (force := axis.roles.get("force")) and force.unit in {"N", "N*m"} and force.unit_likelihood < SURE:
         axis.roles["force"] = replace(force, unit="N*m" if reading.motion == "rotary" else "N")
-    axis.motion, axis.motion_likelihood = in_units_of(reading.motion, axis.motion.partition("/")[2]), 1.0
+    axis.motion, axis.motion_likelihood = in_units_of(reading.motion, axis.motion.partition("/")[2]), likelihood
     units = {"time": reading.time, "position": reading.position, "velocity": reading.velocity}
     if axis.factor:
         units["time"] = _period(axis.factor, reading, 1.0)[0]
     units["reference"] = reading.position
     for channel, role in axis.roles.items():
-        if role.unit_likelihood < 1.0 and units.get(channel):
+        unit = units.get(channel)
+        if unit and role.unit_likelihood < (likelihood if channel == "time" else 1.0):
             logged = channel != "time" or role.column is not None or axis.factor
-            axis.roles[channel] = replace(role, unit=units[channel] if logged else role.unit, unit_likelihood=1.0)
+            others = tuple(text for text in (role.unit, *role.units) if text != unit)
+            axis.roles[channel] = replace(
+                role, unit=unit if logged else role.unit, unit_likelihood=likelihood, units=others
+            )
 
 
 def _clocked(found: Sequence[Reading], factor: float, rows: int) -> list[Reading]:
