@@ -193,13 +193,18 @@ class Verdict:
         return not self.why
 
     @property
+    def differs(self) -> bool:
+        """Whether a measured circle is not as the identified machine predicts, which machines fitted to it explain."""
+        return any(flaw_of(notice).disagrees for notice in self.settled)
+
+    @property
     def checked(self) -> str:
         """The comparison of the prediction with a measured circle, in a sentence; empty without a circle."""
         if self.compared is None:
             return ""
         predicted, measured = (readable(value, "m", 3) for value in self.compared)
         word = "trusted" if self.trusted else "not trusted yet"
-        if self.trusted and any(flaw_of(notice).disagrees for notice in self.settled):
+        if self.trusted and self.differs:
             word = "the identified machine differs; the decision uses machines fitted to this circle (see `fric tune`)"
         elif self.trusted and not 1.0 / CLOSE <= self.compared[0] / max(self.compared[1], 1e-12) <= CLOSE:
             word = "within the interval of the prediction, which is wide. Identify again from more records"
@@ -541,6 +546,8 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
     elif kept is False:
         yield f"fric tune {machine} {circle} -o tuned"
     elif chosen is not None and not chosen.scheme.bare:
+        if any(flaw_of(notice).disagrees for notice in evidence.settled):
+            yield f"fric tune {machine} {circle} -o tuned   # the identified machine differs"
         axis = evidence.axes[0] if evidence.axes else "x"
         place = re.search(r" -o ('[^']*'|\S+)", evidence.command)  # of the run that the verdict is from
         run = place[1] + "/circle.h5" * evidence.command.startswith("fric auto ") if place else "run.h5"

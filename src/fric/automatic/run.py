@@ -260,7 +260,7 @@ class AutoResult(Result, schema=AutoDocument):
         return [*pieces, f"{self.folder / 'report.html'}"] if made else pieces
 
     def _doubts(self) -> list[str]:
-        """Return what is wrong in the files, and the codes of their doubts, where the verdict does not name them."""
+        """Return what is wrong in the files, and their doubts in a sentence each, where the verdict does not name them."""
         if self.page is None:
             return []
         named = {notice.code for notice in (*self.verdict.why, *self.verdict.settled)}
@@ -268,8 +268,9 @@ class AutoResult(Result, schema=AutoDocument):
             (item, notice) for item in self.page.inputs.items for notice in item.warnings if notice.code not in named
         ]
         wrong = [f"wrong: {item.kind} of axis {item.axis}: {text}" for item, text in items if text.severity == "wrong"]
-        more = ", ".join(dict.fromkeys(notice.code for _, notice in items if notice.severity == "doubt"))
-        return [*dict.fromkeys(wrong), *([f"doubts (`fric help CODE`): {more}"] if more else [])]
+        doubts = {notice.code: notice.says for _, notice in items if notice.severity == "doubt"}
+        more = [f"doubt: {says.partition('. ')[0].rstrip('.')} (`fric help {code}`)" for code, says in doubts.items()]
+        return [*dict.fromkeys(wrong), *more]
 
 
 def _found(name: str, outcome: AxisOutcome) -> Table:

@@ -25,6 +25,7 @@ from fric.documents.machine_files import axis_notices, read_machine, read_machin
 from fric.errors import FricError, clean, require_known
 from fric.export import targets
 from fric.export.base import ExportedPart, Files, Target, compensation_of, machine_of, manifest
+from fric.flaws import flaw_of
 from fric.flaws.prediction import NOTHING_SIMULATED, SCHEME_SATURATES
 from fric.io.circle import read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice, once
@@ -228,6 +229,8 @@ def export_axis(
         against, distrust = trust_of(
             subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around, advance=advance
         )
+        settled = [text for evidence in around for text in evidence.settled if flaw_of(text).disagrees]
+        notices = (*notices, *(text for text in settled if text not in distrust))
     arcs: list[TriedCircle] = []
     if trial is not None:
         if target != "linuxcnc":
