@@ -801,7 +801,7 @@ def test_what_is_wrong_of_a_plant_is_said_in_whole_beside_its_values():
     plant = SimpleNamespace(kind="plant", axis="x", warnings=[wrong, doubt])
     page = SimpleNamespace(inputs=SimpleNamespace(items=[plant]))
     found = SimpleNamespace(page=page, verdict=SimpleNamespace(why=(), settled=()))
-    assert fric.AutoResult._doubts(found) == ["wrong: plant of axis x: no axis", "doubts (`fric help CODE`): late"]
+    assert fric.AutoResult._doubts(found) == ["wrong: plant of axis x: no axis", "doubt: late (`fric help late`)"]
 
 
 @pytest.mark.parametrize("content", [b"", bytes(range(256)) * 8])

@@ -152,6 +152,23 @@ def test_a_record_in_closed_loop_shows_the_gains_at_any_rate(samples: int) -> No
     assert found.found.estimates["velocity_filter"].assumed == (samples < 40_000)
 
 
+def test_a_stroke_at_the_controllers_rate_shows_the_gains_beside_noise_of_the_encoder() -> None:
+    """The voltage is that of the gains to 1e-6, and was refused: every other sample does not show it."""
+    log = fric.experiment("virtual-rig", "constant-velocity", speeds="5 mm/s", samples=40_000)[0]
+    cascade = fric.read_machine("virtual-rig").axis("x").cascade
+    r = np.asarray(log.reference)
+    z = np.asarray(log.position) + np.random.default_rng(5).normal(0.0, 1e-6, len(log))
+    dt = float(np.median(np.diff(log.time)))
+    pole = float(np.exp(-2 * np.pi * cascade.velocity_filter * dt))
+    v = lfilter([1 - pole], [1, -pole], np.diff(z, prepend=z[:1]) / dt)
+    e = np.gradient(r, dt) + cascade.K_v * (r - z) - v
+    noisy = replace(log, position=z, input=cascade.K_p * e + cascade.K_i * np.cumsum(e) * dt)
+    found = fric.identify_controller(noisy)
+    for name in ("K_v", "K_p", "K_i"):
+        low, high = getattr(found, name).limits
+        assert 0.99 * low <= getattr(cascade, name) <= 1.01 * high, name
+
+
 @pytest.mark.parametrize("name", ["frequency-response", "presliding-sine", "sliding-sine"])
 def test_a_record_that_does_not_show_the_gains_is_refused(name: str) -> None:
     with pytest.raises(FricError, match="no record in closed loop shows the gains"):

@@ -19,6 +19,7 @@ import fric
 from fric.documents import document_types
 from fric.documents.base import CodedWarning
 from fric.documents.circle_findings import ResidualPart
+from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument, gms_tree, replay_tree, static_tree
 from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument, plant_tree
@@ -302,3 +303,16 @@ def test_the_plant_of_a_fit_is_in_units_of_a_plant(tmp_path: Path) -> None:
         file.write_text(text, "utf-8")
         with nullcontext() if fits else pytest.raises(FricError, match=r"plant.*A: "):
             read_document(file, FrictionDocument)
+
+
+def test_gains_are_of_an_axis_whatever_its_forces_are_in() -> None:
+    """A circle without force showed them, the logs had a current: `auto` ended at its machine file."""
+    head = {"fric": "controller/1", "axis": "y", "K_v": "80 1/s", "K_p": "180 V*s/m", "K_i": "9000 V/m"}
+    head |= {"velocity_filter": "500 Hz", "sampling": "4 kHz"}
+    gains = ControllerDocument.model_validate(head | {"motion": "linear"})
+    assert gains.belongs("y", "linear/A")
+    assert not gains.belongs("x", "linear/A")
+    assert not gains.belongs("y", "rotary")
+    assert not gains.belongs("y", "linear/%/%")  # whose input is in per cent, too
+    plant = {"fric": "plant/1", "axis": "y", "A": "7 1/s", "B": "2 m/(s^2*V)", "T_d": "0.7 ms", "K_f": "250 N/V"}
+    assert not PlantDocument.model_validate(plant | {"motion": "linear"}).belongs("y", "linear/A")

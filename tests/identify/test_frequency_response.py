@@ -135,6 +135,21 @@ def test_only_driven_lines_are_told_although_the_encoder_repeats_itself() -> Non
     np.testing.assert_allclose(m.response[5:], truth(m.table.frequency[5:]), rtol=0.05)
 
 
+@pytest.mark.parametrize("start", [0, 700])
+def test_a_uniform_reference_drives_no_line(start: int) -> None:
+    """What its rounding repeats was taken for 998 driven lines, and a start before the periods bent them all."""
+    log = shaken(X, seed=1, voltage_noise=0.0)
+    r, z, u = (np.asarray(x) for x in (log.reference, log.position, log.input))
+    speed = r[1] - r[0]
+    begun = 0.5 * speed * np.arange(start) ** 2 / max(start, 1)  # from rest to the speed
+    r = np.concatenate([begun, r - r[0] + 0.5 * speed * start])
+    z, u = np.concatenate([begun, z - z[0] + 0.5 * speed * start]), np.concatenate([np.zeros(start), u])
+    made = Log(np.arange(len(r)) / RATE, position=z, input=u, reference=np.round(r, 9), kind="frequency-response")
+    m, alone = measure_response(made), measure_response(replace(log, reference=None))
+    np.testing.assert_array_equal(m.table.frequency, alone.table.frequency)
+    np.testing.assert_allclose(m.response, alone.response, rtol=1e-3)
+
+
 def test_friction_gain_of_a_motion() -> None:
     """4/(π·V) for a sine of amplitude V, √(2/π)/σ for noise, nothing around a motion that never turns."""
     t = np.arange(40_000) / RATE

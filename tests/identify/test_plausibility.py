@@ -204,6 +204,18 @@ def test_micro_contacts_and_axes_of_ten_tons_are_plausible(motion: str) -> None:
     assert not Finding("speed", np.nan, motion).beyond()
 
 
+def test_a_velocity_of_counts_that_hides_a_slow_sine_is_in_its_unit() -> None:
+    """Of 15 µm at 0.1 Hz, a quantised velocity is noise: the travel of both was compared over 8 ms."""
+    time, rng = np.arange(30_000) / 1000.0, np.random.default_rng(4)
+    position = 15e-6 * np.sin(2 * np.pi * 0.1 * time)
+    counts = np.rint(rng.normal(0.0, 0.5, len(time))) * 0.4e-3  # a count of 0.1 µm in 0.25 ms
+    log = Log(time, position=position, velocity=np.gradient(position, time) + counts)
+    settled(of_logs([log]))
+    for factor in (1e3, 1e-3, 60.0):
+        with pytest.raises(FricError, match="travel by the position over that by the velocity"):
+            settled(of_logs([replace(log, velocity=factor * log.velocity)]))
+
+
 def test_every_bound_has_its_reason_and_is_wide() -> None:
     for name, bound in BOUNDS.items():
         assert bound.reason, name

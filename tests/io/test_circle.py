@@ -200,3 +200,11 @@ def test_diagnose_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert "reversal error x" in run("diagnose", tmp_path / "run.h5", "--scheme", "c")
     with pytest.raises(FricError, match="2 schemes"):
         choose_circles([tmp_path / "run.h5"])
+
+
+def test_names_that_end_in_their_unit_are_a_header(tmp_path: Path) -> None:
+    """As the fields of a .mat: the same names were read in a log of one axis."""
+    trace(tmp_path / "a.csv", header="time_s,x_ref_mm,x_pos_mm,y_ref_mm,y_pos_mm,x_voltage_V")
+    (test,) = ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5").tests
+    assert (test.radius, test.feed) == (0.03, 0.1)
+    assert test.axes["x"].input is not None

@@ -657,3 +657,36 @@ def test_a_rougher_position_that_explains_the_force_is_the_actual_one(tmp_path: 
     (axis,) = told(write(tmp_path / "log.csv", "qm;qg;vir;t", actual, asked, force, a["t"]))
     assert (axis.roles["position"].column, axis.roles["reference"].column) == (0, 1)
     assert axis.roles["position"].likelihood > SURE
+
+
+def test_files_of_one_folder_agree_where_no_header_has_a_unit(tmp_path: Path) -> None:
+    """Of the circle, the voltage was a force in counts, the reference was not read, and the strokes were axis x2."""
+    angle = np.linspace(0.0, 4 * np.pi, 4000)
+    time, x, y = np.arange(4000) / 1000.0, 30 * np.cos(angle), 30 * np.sin(angle)
+    late = [np.interp(time - 0.003, time, axis) for axis in (x, y)]
+    volts = [0.02 * np.gradient(axis, time) + 0.4 * np.sign(np.gradient(axis, time)) for axis in late]
+    circle = [time, x, late[0], volts[0], y, late[1], volts[1]]
+    np.savetxt(
+        tmp_path / "circle.csv", np.transpose(circle), "%.5f", ",", header="t,x_ref,x,u_x,y_ref,y,u_y", comments=""
+    )
+    rng = np.random.default_rng(2)
+    asked = 20 * np.sin(2 * np.pi * 0.5 * time)
+    went = np.interp(time - 0.003, time, asked)
+    force = 60 * np.sign(np.gradient(went)) + 0.3 * np.gradient(went, time) + rng.normal(0.0, 1.0, len(time))
+    rows = [time, went, force, force / 120 + rng.normal(0.0, 0.01, len(time)), asked]
+    np.savetxt(tmp_path / "stroke.csv", np.transpose(rows), "%.5f", ",", header="t,pos,F,u,ref", comments="")
+    with ExitStack() as files:
+        found = guesses([tmp_path / "circle.csv", tmp_path / "stroke.csv"], files)
+    roles = {
+        (guess.files[0].stem, guess.axis.name): {
+            channel: guess.table.columns[role.column].name for channel, role in guess.axis.roles.items()
+        }
+        for guess in found
+    }
+    assert roles == {
+        ("circle", "x"): {"time": "t", "reference": "x_ref", "position": "x", "input": "u_x"},
+        ("circle", "y"): {"time": "t", "reference": "y_ref", "position": "y", "input": "u_y"},
+        ("stroke", "x"): {"time": "t", "reference": "ref", "position": "pos", "force": "F", "input": "u"},
+    }
+    assert {guess.axis.motion for guess in found} == {"linear"}
+    assert len({settled for guess in found for settled in guess.open.values()}) <= 2  # the unit of x, and that of F

@@ -277,4 +277,5 @@ def test_a_prediction_far_from_the_measured_circle_is_not_called_trusted(predict
     ):
         verdict = Verdict(choice=None, headline="", compared=(predicted, 22.0 * UM), settled=found)
         assert f"measured 22 µm: {word}" in verdict.checked
+        assert verdict.differs == bool(found)  # the page is amber then
         assert not any("not-as-predicted" in line for line in verdict.lines())  # said in words

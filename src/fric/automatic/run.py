@@ -260,7 +260,7 @@ class AutoResult(Result, schema=AutoDocument):
         return [*pieces, f"{self.folder / 'report.html'}"] if made else pieces
 
     def _doubts(self) -> list[str]:
-        """Return what is wrong in the files, and their doubts in a sentence each, where the verdict does not name them."""
+        """Return what is wrong in the files, and each doubt, where the verdict does not name it."""
         if self.page is None:
             return []
         named = {notice.code for notice in (*self.verdict.why, *self.verdict.settled)}

@@ -184,10 +184,13 @@ def controller_behind(
     return ahead, added, tuple(warnings)
 
 
-RECORD = "Record a stroke or a circle with reference, position and voltage, without compensation."
+RECORD = (
+    "Record a stroke or circle with reference, position and voltage at the controller's rate, without compensation."
+)
 GAINS = {"K_v": "rate", "K_p": "velocity gain", "K_i": "position gain", "velocity_filter": "frequency"}
 START = 0.1  # Share of a record that is left out, since the initial state of the filter is not known
 CORNERS = tuple(np.geomspace(0.01, 0.5, 18))  # Velocity filter over the sampling rate: the best begins a search
+REPRODUCED = 0.999  # Least share of a voltage at the controller's rate that shows the gains without further proof
 EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
 """Least share of the voltage beyond feedforward that gains must explain to be accepted. A log does not say that
 compensation was off; a compensation is no sum of these gains."""
@@ -340,10 +343,10 @@ def _of_log(log: Log) -> FoundController | None:
         lag = LAG if slow else None
         try:
             fit, found, half, other = _fitted(r, z, u, rate, lag)
-            half = _widened(fit, found, half)
+            explained = fit.explained(found)
+            half = half if not slow and explained > REPRODUCED else _widened(fit, found, half)
         except (np.linalg.LinAlgError, ValueError):
             continue
-        explained = fit.explained(found)
         unused = np.exp(found[2] - found[1]) * len(r) / rate < NO_INTEGRAL
         if explained > most and (half[: 2 if unused else 3] < WIDEST).all():
             order = found if unused else other

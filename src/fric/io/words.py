@@ -302,7 +302,11 @@ def _unit_of(column: Column) -> str | None:
         return text if is_unit(text) or is_counted(text) else None  # counts per sec are no time
     tail = re.split(r"[\s,;:/(]+|_(?=[a-zA-Z%µ/]+$)|_(?=[a-z]+_[a-z]+$)", named(column.name).name.strip())[-1]
     low = tail.casefold()
-    if low == "rpm" or (tail != column.name and low in SUFFIX and (len(low) > 1 or tail == "A")):
+    if low == "rpm" or (
+        tail != column.name
+        and low in SUFFIX
+        and (len(low) > 1 or tail in {"A", "V"} or (tail == "N" and len(column.name) > 3))
+    ):
         return SUFFIX[low]
     two = "_".join(column.name.casefold().split("_")[-2:])
     return SUFFIX.get(two) if two != column.name.casefold() else None
