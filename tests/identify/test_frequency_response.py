@@ -137,14 +137,14 @@ def test_only_driven_lines_are_told_although_the_encoder_repeats_itself() -> Non
 
 @pytest.mark.parametrize("start", [0, 700])
 def test_a_uniform_reference_drives_no_line(start: int) -> None:
-    """What its rounding repeats was taken for 998 driven lines, and a start before the periods bent them all."""
-    log = shaken(X, seed=1, voltage_noise=0.0)
+    """What its rounding repeats was taken for driven lines, and a start before the periods bent them all."""
+    log = shaken(X, seed=1, voltage_noise=0.0, mean=0.0307013)  # a period is 15.35065 mm, a sample 7.675325 µm
     r, z, u = (np.asarray(x) for x in (log.reference, log.position, log.input))
     speed = r[1] - r[0]
     begun = 0.5 * speed * np.arange(start) ** 2 / max(start, 1)  # from rest to the speed
     r = np.concatenate([begun, r - r[0] + 0.5 * speed * start])
     z, u = np.concatenate([begun, z - z[0] + 0.5 * speed * start]), np.concatenate([np.zeros(start), u])
-    made = Log(np.arange(len(r)) / RATE, position=z, input=u, reference=np.round(r, 9), kind="frequency-response")
+    made = Log(np.arange(len(r)) / RATE, position=z, input=u, reference=np.round(r, 8), kind="frequency-response")
     m, alone = measure_response(made), measure_response(replace(log, reference=None))
     np.testing.assert_array_equal(m.table.frequency, alone.table.frequency)
     np.testing.assert_allclose(m.response, alone.response, rtol=1e-3)
