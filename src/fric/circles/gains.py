@@ -57,8 +57,8 @@ class StatedController:
         gains = f"K_p is {self.K_p:.2f} times" + ("" if self.K_i is None else f", K_i {self.K_i:.2f} times")
         differ = abs(self.K_p - (self.K_i or self.K_p)) > GAIN
         alike = "" if differ else " (as another K_v or a scaled voltage shows too)"
-        why = f"; it shows that {gains} what is stated{alike}" if self.explained < 0.5 * self.apart else ""
-        return f"The stated controller misses the recorded voltage by {self.apart:.0%} of what is fed back{why}"
+        why = f"; by that {gains} what is stated{alike}" if self.explained < 0.5 * self.apart else ""
+        return f"The voltage of the controller's gains misses the recorded one by {self.apart:.0%} of what is fed back{why}"
 
 
 class StatedVoltage(NamedTuple):

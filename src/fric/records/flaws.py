@@ -381,7 +381,10 @@ def even_sampling(log: Log) -> float:
     if off[worst] > JITTER:
         step = log.time[worst + 1] - log.time[worst]
         what = f"the sampling is uneven: {step:.4g} s after t = {log.time[worst]:.13g} s, and {period:.4g} s on average"
-        raise FricError(what, where=log.where, hint="Ingest a record without gaps, or split it at the gap.")
+        hint = "Ingest a record without gaps, or split it at the gap."
+        if off.max() < 1.0:  # no sample is missing
+            hint = f"The stamps jitter: if the clock is even, say `time: {{rate: {1 / period:.6g} Hz}}` in a mapping."
+        raise FricError(what, where=log.where, hint=hint)
     return 1 / period
 
 
