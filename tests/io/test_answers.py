@@ -164,3 +164,11 @@ def test_a_position_in_volts_is_asked_for_what_a_volt_is(tmp_path: Path, answer:
     assert log.force is not None
     np.testing.assert_allclose(np.ptp(log.position), size * np.ptp(volts), rtol=1e-3)
     np.testing.assert_allclose(np.ptp(log.force), np.ptp(a["current"]), rtol=1e-3)
+
+
+def test_an_answer_in_small_letters_is_the_choice_that_it_names() -> None:
+    taken = list[str]()
+    question = Question("In which unit?", [("N", "N"), ("A", "A")], taken.append)
+    assert question.take("a")
+    assert not question.take("newton")
+    assert taken == ["A"]

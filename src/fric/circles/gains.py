@@ -58,7 +58,7 @@ class StatedController:
         differ = abs(self.K_p - (self.K_i or self.K_p)) > GAIN
         alike = "" if differ else " (as another K_v or a scaled voltage shows too)"
         why = f"; by that {gains} what is stated{alike}" if self.explained < 0.5 * self.apart else ""
-        return f"The voltage of the controller's gains misses the recorded one by {self.apart:.0%} of what is fed back{why}"
+        return f"The voltage of the controller's gains misses the recorded by {self.apart:.0%} of what is fed back{why}"
 
 
 class StatedVoltage(NamedTuple):
@@ -190,7 +190,7 @@ RECORD = (
 GAINS = {"K_v": "rate", "K_p": "velocity gain", "K_i": "position gain", "velocity_filter": "frequency"}
 START = 0.1  # Share of a record that is left out, since the initial state of the filter is not known
 CORNERS = tuple(np.geomspace(0.01, 0.5, 18))  # Velocity filter over the sampling rate: the best begins a search
-REPRODUCED = 0.999  # Least share of a voltage at the controller's rate that shows the gains without further proof
+REPRODUCED = 1.0 - 1e-6  # Share of a voltage at the controller's rate from which a fit is exact: 0.1 % of it is left
 EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
 """Least share of the voltage beyond feedforward that gains must explain to be accepted. A log does not say that
 compensation was off; a compensation is no sum of these gains."""

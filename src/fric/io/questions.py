@@ -44,6 +44,8 @@ class Question:
         answer = answer.strip() or "1"
         number = int(answer) if answer.isdecimal() and len(answer) < 3 else 0
         found = self.choices[number - 1][1] if 0 < number <= len(self.choices) else self.understood(answer)
+        if found is None:  # n for N
+            found = next((value for text, value in self.choices if text.casefold() == answer.casefold()), None)
         if found is not None:
             self.apply(found)
         return found is not None
