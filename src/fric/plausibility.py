@@ -51,9 +51,10 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
             ratios = []  # over short and long windows, along the position: a velocity may be the noise of its counts
             for step in {min(8, len(log) // 4), len(log) // 16, len(log) // 4}:
                 moved, travel = (x[step:] - x[:-step] for x in (log.position, between))
-                ratios += [float(moved @ moved) / abs(along)] if (along := float(moved @ travel)) else []
-            if any(ratios):
-                yield Finding("travel", min((r for r in ratios if r), key=lambda r: abs(np.log(r))), motion, where)
+                size, along = float(moved @ moved), abs(float(moved @ travel))
+                ratios += [size / along, float(np.sqrt(size / (travel @ travel)))] if size and along else []
+            if ratios:
+                yield Finding("travel", min(ratios, key=lambda ratio: abs(np.log(ratio))), motion, where)
         if log.position is not None and log.reference is not None and np.ptp(log.reference) and np.ptp(log.position):
             yield Finding("following", float(np.ptp(log.position) / np.ptp(log.reference)), motion, where)
             z, asked = (log.position - log.position.mean()), (log.reference - log.reference.mean())

@@ -1,7 +1,7 @@
 """Flaws of guideway, motor and masses, each against its closed form or an integration that shares no code with fric."""
 
 from dataclasses import replace
-from math import exp, log, log1p, pi, sqrt
+from math import exp, inf, log, log1p, pi, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -123,6 +123,15 @@ def test_a_motor_that_strengthens_beyond_the_gain_margin_is_refused() -> None:
         run_axis(replace(IDEAL, reality=Reality(force_constant=Drift(20.0, 2.0))), reference)
     with pytest.raises(FricError, match="amount"):
         Drift(9e13, 60.0)
+
+
+def test_gains_for_which_the_plant_is_too_slow_are_said_to_be_of_another_unit() -> None:
+    """As of logs whose force and voltage have changed places: to lower the gains was the only advice."""
+    slow = replace(IDEAL, plant=replace(IDEAL.plant, B=IDEAL.plant.B / 120))
+    cascade = replace(IDEAL.cascade, limit=inf, K_i=50 * IDEAL.cascade.K_i)
+    with pytest.raises(FricError, match="at no gain") as refused:
+        run_axis(replace(slow, cascade=cascade), strokes(0.02, 0.02, 4000))
+    assert "is the force logged as the input" in refused.value.hint
 
 
 def test_gravity_is_a_load_of_which_no_controller_knows() -> None:

@@ -90,28 +90,26 @@ def _motion_of(table: ForeignTable, channels: Mapping[str, ColumnMapping], field
 
 def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
     """Return the channels that the header names, as ``x_ref [mm]`` or ``position x [µm]``; measured ones first."""
-    found: dict[str, tuple[bool, int, str | None]] = {}
+    found: dict[str, tuple[bool, int]] = {}
     for n, column in enumerate(table.columns):
         axis, name = _axis_of(column._replace(name=bare(column)))
-        says = spoken(Column(name, column.unit))
-        unit = column.unit or spoken(column).unit  # as of x_pos_mm
-        measures = partial(converts, unit)
+        says, measures = spoken(Column(name, column.unit)), partial(converts, column.unit)
         if axis and measures("position"):
             shown = {"reference": says.commanded or "nominal" in name, "position": says.measured or not name}
         elif axis:
-            moves = in_units_of("linear", unit)
+            moves = in_units_of("linear", column.unit)
             of = {"force", "current", *([""] if moves in {"linear", "linear/A"} else [])}  # % may be of anything
             pushes = says.means in of and not says.commanded
             shown = {"input": measures("input") and says.means in {"", "input"},
-                     "force": pushes and converts(unit, "force", moves)}  # fmt: skip
+                     "force": pushes and converts(column.unit, "force", moves)}  # fmt: skip
         else:
             deviates = says.means == "error"
             shown = {"time": says.quantity == "time", "deviation": deviates and measures("position"),
                      "angle": not deviates and measures("angle")}  # fmt: skip
         channel = next((f"{axis}.{of}".removeprefix(".") for of, fits in shown.items() if fits), "")
-        if channel and (channel not in found or (not says.measured, n) < found[channel][:2]):
-            found[channel] = not says.measured, n, unit if channel == "time" or not column.unit else None
-    return {name: ColumnMapping(column=n, unit=unit) for name, (*_, n, unit) in found.items()}
+        if channel and (channel not in found or (not says.measured, n) < found[channel]):
+            found[channel] = not says.measured, n
+    return {name: ColumnMapping(column=n) for name, (_, n) in found.items()}
 
 
 def _axis_of(column: Column) -> tuple[str, str]:

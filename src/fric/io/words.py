@@ -302,11 +302,7 @@ def _unit_of(column: Column) -> str | None:
         return text if is_unit(text) or is_counted(text) else None  # counts per sec are no time
     tail = re.split(r"[\s,;:/(]+|_(?=[a-zA-Z%µ/]+$)|_(?=[a-z]+_[a-z]+$)", named(column.name).name.strip())[-1]
     low = tail.casefold()
-    if low == "rpm" or (
-        tail != column.name
-        and low in SUFFIX
-        and (len(low) > 1 or tail in {"A", "V"} or (tail == "N" and len(column.name) > 3))
-    ):
+    if low == "rpm" or (tail != column.name and low in SUFFIX and (len(low) > 1 or tail == "A")):
         return SUFFIX[low]
     two = "_".join(column.name.casefold().split("_")[-2:])
     return SUFFIX.get(two) if two != column.name.casefold() else None
@@ -457,7 +453,10 @@ def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[
     if whole and size > (20.0 if says.means in {"force", ""} else 100.0):
         return "count", 0.6, ("0.1 %", newtons, "A")  # the step of a converter, or of CiA 402
     if says.means == "input":
-        return "V", 0.96 if channel == "input" else 0.8, ("%", "count")  # beside a force it is in a unit of its gains
+        beside = channel == "input" and size <= max(
+            SUPPLIES
+        )  # a force, it is in the unit of its gains, whatever that is
+        return "V", 0.96 if beside else 0.8, ("%", "count")
     if says.means in {"force", "load"}:
         return (newtons, 0.6, ("A", "%")) if says.means == "force" else ("%", 0.7, ("A", newtons))
     top = np.abs(values).max(initial=0.0)

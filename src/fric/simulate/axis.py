@@ -221,4 +221,7 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
     gain = next((gain for gain in GAINS if replace(loop, plant=replace(plant, B=plant.B * gain)).stable), None)
     margin = f"its gain margin is {20 * log10(gain):.1f} dB" if gain else "at no gain"
     what = f"the loop of axis {axis.name} {part}is not stable: {margin} (largest eigenvalue {largest:.4f} a sample)"
-    raise FricError(what, hint="Lower the gains or the observer's cutoff; fric design finds values that hold.")
+    hint = "Lower the gains or the observer's cutoff; fric design finds values that hold."
+    if not gain and (bandwidth := axis.cascade.K_p * plant.B) < axis.cascade.K_v:
+        hint = f"K_p·B is {bandwidth:.3g} 1/s, and K_v larger: is the force logged as the input, or a unit wrong?"
+    raise FricError(what, hint=hint)

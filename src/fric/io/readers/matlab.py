@@ -212,7 +212,7 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
     axes |= {name: axis for name, texts in said_of.items() if name and (axis := axis_of(*texts))}
     axes = axes if 1 < len({*axes.values()}) == len(records) else {}
     for name, fields in records.items():
-        titles = tuple(named(field) if field.endswith("]") else Column(field) for field in fields)
+        titles = tuple(map(named, fields))
         said = {"name": f"{path.stem}-{name}", RECORD: name} if len(records) > 1 else {}
         said |= {"axis": axes[name], OF_SEVERAL: " ".join(axes.values())} if axes else {}
         yield Memory(path, titles, list(fields.values()), constants, said)
