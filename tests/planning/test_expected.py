@@ -35,7 +35,7 @@ from fric.planning.choose import (
     typical,
 )
 from fric.results.base import silent
-from fric.results.plan import PlanResult, _accuracies
+from fric.results.plan import PlanResult, _accuracies, _prior
 from fric.simulate.experiment import Expected, Limits, Plan, Planned, runs_of
 from fric.simulate.spread import draw_machine
 
@@ -222,3 +222,12 @@ def test_an_accuracy_as_a_number_is_in_SI_and_as_a_text_has_a_unit() -> None:
     assert _accuracies({"F_s": 2.0}, axis) == _accuracies(["F_s=2 N"], axis) == {"F_s": (2.0, False)}
     with pytest.raises(FricError, match="has no unit"):
         _accuracies(["F_s=2"], axis)
+
+
+@pytest.mark.parametrize("machine", [None, "virtual-rig"])
+def test_a_static_map_is_the_friction_of_the_planned_axis(machine: str | None) -> None:
+    """It is in the signature of `plan`, and was refused."""
+    static = fric.StaticMap(F_c=100.0, F_s=150.0, v_s=1e-3, delta=1.0, sigma=20.0)
+    axis, *_ = _prior(machine, "x", static, noise=None, encoder=None, like=None)
+    assert axis.friction.static.F_s == pytest.approx(150.0)
+    assert axis.friction.static.F_c == pytest.approx(100.0)

@@ -72,11 +72,13 @@ def test_a_record_without_a_whole_cycle_is_named_and_the_others_are_drawn(
 ) -> None:
     """`identify gms` left such a record out, and the page of `auto` ended in its error."""
     logs = read_logs(LOGS / "presliding-sine.h5")
-    write_logs(tmp_path / "sines.h5", [*logs, replace(logs[0].slice(0, len(logs[0]) // 8), name="half")])
+    half, mute = replace(logs[0].slice(0, len(logs[0]) // 8), name="half"), replace(logs[0], force=None, name="mute")
+    write_logs(tmp_path / "sines.h5", [*logs, half, mute])
     inputs = collect([files.march, tmp_path / "sines.h5"])
     curves = friction_curves(inputs, inputs.items[0])
     assert [cycle.name for cycle in curves.hysteresis] == ["presliding-sine-01", "presliding-sine-02"]
-    assert [note for note in curves.notes if note.startswith("Record 'half' is not drawn")]
+    for name in ("half", "mute"):
+        assert [note for note in curves.notes if note.startswith(f"Record '{name}' is not drawn")]
 
 
 @pytest.mark.long(2)

@@ -279,3 +279,14 @@ def test_a_prediction_far_from_the_measured_circle_is_not_called_trusted(predict
         assert f"measured 22 µm: {word}" in verdict.checked
         assert verdict.differs == bool(found)  # the page is amber then
         assert not any("not-as-predicted" in line for line in verdict.lines())  # said in words
+
+
+def test_a_machine_that_differs_from_its_circle_is_tuned_before_it_is_exported() -> None:
+    """`export` was the first command, and the page was green."""
+    schemes = leaves("a", 20, 20 * LEVEL), leaves("c", 2, 2 + RNG.random(200))
+    differs = NOT_AS_PREDICTED.found("c.h5", quadrant="+x", measured=30 * UM, predicted=20 * UM, cause="the level")
+    names = {"machine": "m.yaml", "circle": "c.h5", "glitches": (20 * UM, 30 * UM)}
+    agrees, found = (decide(evidence(*schemes, settled=of, **names)) for of in ((), (differs,)))
+    assert [text.split()[1] for text in agrees.next] == ["export"]
+    assert [text.split()[1] for text in found.next] == ["tune", "export"]
+    assert (found.trusted, found.differs, agrees.differs) == (True, True, False)

@@ -235,7 +235,7 @@ def _smoothed(variance: Real, freedom: int) -> Real:
     return np.where(np.isfinite(log), np.exp(mean - bias), np.inf)
 
 
-LEAST_ASKED = 0.01  # Share of the periodic motion that a reference asks for, if it drives the axis: a resonance is less
+LEAST_ASKED = 0.01  # Share of the motion that a reference asks for, if it drives the axis: a resonance is less
 DRIVEN_APART = 1.5  # Ratio of two amplitudes above which they separate driven lines from the others
 LESS = 0.75  # Least power of that ratio by which a driven line grows
 
@@ -483,12 +483,9 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
 
 def _driven(reference: Real, position: Real | None, period: int) -> Mask | None:
     """Return the lines that the reference drives; None where it drives none, but adds a slow motion."""
-    if not _accelerates(reference):
+    if not (_accelerates(reference) and _asks(reference, position)):
         return None
     lines = np.abs(periods(reference, period))
-    moved = 0.0 if position is None else np.linalg.norm(np.median(np.abs(periods(position, period)), axis=0))
-    if np.linalg.norm(np.median(lines, axis=0)) <= LEAST_ASKED * moved:
-        return None
     steady = lines.min(axis=0) > 0.5 * lines.max(axis=0)
     driven = steady & (lines.mean(axis=0) > 1e-3 * np.max(lines.mean(axis=0), where=steady, initial=0.0))
     return driven if np.count_nonzero(driven) >= 3 else None
