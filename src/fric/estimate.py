@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
-from math import exp, floor, inf, isinf, log, log10
+from math import exp, floor, hypot, inf, isinf, log, log10
 from typing import Any, Literal, Self, TypeVar
 
 from fric.errors import FricError
@@ -186,7 +186,7 @@ def estimate_rows(section: Mapping[str, Estimate | Mapping[str, Any]]) -> list[t
     interval justifies. A vector has one row an element, all in one unit.
     """
     rows = []
-    for name, entry in section.items():
+    for name, entry in (dict(section) | moving_mass(section)).items():
         parts = [*elements({name: entry})]
         size = max((_size(float(estimate), estimate.ci95) for _, estimate in parts), default=0.0)
         for key, estimate in parts:
@@ -194,6 +194,20 @@ def estimate_rows(section: Mapping[str, Estimate | Mapping[str, Any]]) -> list[t
             shown, text = in_digits(float(estimate), estimate.ci95, scale)
             rows.append((key, shown, ", ".join(filter(None, (text, estimate.note))), unit))
     return rows
+
+
+def moving_mass(section: Mapping[str, Estimate | Mapping[str, Any]]) -> dict[str, Estimate]:
+    """Return what an axis moves, K_f/B, where both were identified and K_f is in newtons: what a drawing says, too.
+
+    The errors of the two are taken as independent.
+    """
+    known = dict(elements({name: section[name] for name in ("K_f", "B") if name in section}))
+    if len(known) < 2 or not known["K_f"].unit.startswith("N") or not all(entry.half_width for entry in known.values()):
+        return {}
+    mass = float(known["K_f"]) / float(known["B"])
+    width = mass * hypot(*(entry.half_width / float(entry) for entry in known.values()))
+    unit = "kg·m²" if known["B"].unit.startswith("rad") else "kg"
+    return {"K_f/B": Estimate(mass, unit, (mass - width, mass + width) if width < inf else None)}
 
 
 def elements(section: Mapping[str, Estimate | Mapping[str, Any]]) -> Iterator[tuple[str, Estimate]]:

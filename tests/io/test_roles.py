@@ -690,3 +690,36 @@ def test_files_of_one_folder_agree_where_no_header_has_a_unit(tmp_path: Path) ->
     }
     assert {guess.axis.motion for guess in found} == {"linear"}
     assert len({settled for guess in found for settled in guess.open.values()}) <= 2  # the unit of x, and that of F
+
+
+def test_what_is_put_into_a_response_is_no_force(tmp_path):
+    """Of the stated kind it was refused ("no column is time"), of none its voltage is that of a force."""
+    time = np.arange(8000) / 4000.0
+    volts = np.random.default_rng(3).normal(0.0, 1.0, len(time))
+    speed = np.cumsum(2.0 * volts) / 4000.0
+    position = 1e3 * np.cumsum(speed) / 4000.0
+    path = write(tmp_path / "response.csv", "t;c2;u", time, position, volts)
+    done = fric.ingest(path, output=tmp_path / "log.h5", kind="frequency-response", assume=True).done
+    (record,) = read_logs(done.output)
+    assert record.force is None
+    np.testing.assert_allclose(record.input, volts, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("places", "axes"),
+    [
+        (("x/a.csv", "y-axis/a.csv"), ["x", "y"]),  # were pooled as one axis x
+        (("Achse Y/a.csv", "Achse Y/b.csv"), ["y", "y"]),
+        (("a.csv", "strokes-y.csv"), ["y", "y"]),  # what names none is of the axis that the others name
+        (("a/a.csv", "b/b.csv"), ["x", "x"]),
+    ],
+)
+def test_folders_and_files_name_an_axis_that_headers_do_not(tmp_path, places, axes):
+    for place, stroke in zip(places, sorted(STROKES.glob("*.csv")), strict=False):
+        (tmp_path / place).parent.mkdir(exist_ok=True)
+        (tmp_path / place).write_bytes(stroke.read_bytes())
+    found = {log.path.relative_to(tmp_path).as_posix(): log.axis for log in find_sources([tmp_path]).logs}
+    assert [found[place] for place in places] == axes
+    if len(set(axes)) == 1:
+        files = [tmp_path / place for place in places]
+        assert fric.ingest(*files, output=tmp_path / "log.h5").done.axis == axes[0]

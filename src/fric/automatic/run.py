@@ -269,7 +269,7 @@ class AutoResult(Result, schema=AutoDocument):
         ]
         wrong = [f"wrong: {item.kind} of axis {item.axis}: {text}" for item, text in items if text.severity == "wrong"]
         doubts = {notice.code: notice.says for _, notice in items if notice.severity == "doubt"}
-        more = [f"doubt: {says.partition('. ')[0].rstrip('.')} (`fric help {code}`)" for code, says in doubts.items()]
+        more = [f"doubt: {re.split(r'(?<!Eq)[.] ', says)[0].rstrip('.')} (`fric help {code}`)" for code, says in doubts.items()]
         return [*dict.fromkeys(wrong), *more]
 
 
@@ -304,7 +304,7 @@ FOUND: Mapping[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Sections of each part's file that the table of results shows."""
 SHOWN = (
-    "A", "B", "T_d", "K_f", "K_v", "K_p", "K_i", "velocity_feedforward",
+    "A", "B", "T_d", "K_f", "K_f/B", "K_v", "K_p", "K_i", "velocity_feedforward",
     "F_c", "F_s", "v_s", "delta", "sigma", "F_v", "offset", "C",
 )  # fmt: skip
 """The numbers that it shows."""

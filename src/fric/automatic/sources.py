@@ -132,7 +132,8 @@ def find_sources(
     joining = proposals.parent / JOINED if proposals and not mapping else None
     paths, found.description, spent = with_joined(list(_files(given)), joining, ask, assume=assume)
     letters = {path: letter for path in paths if (letter := axis_of_file(path))}
-    letters = letters if len({*letters.values()}) > 1 else {}  # of one axis the headers and mappings say the name
+    if len(names := {*letters.values()}) == 1:
+        letters = dict.fromkeys(paths, *names)  # a file that names none is of the axis that the others name
     for path in paths:
         kind = _own(path, asking)
         if kind in {"circle/1", "run/1"}:

@@ -28,6 +28,7 @@ from fric.io.hdf5 import LogWriter, header_of, log_writer, whole
 from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, RECORD, ForeignTable, RowBlock
 from fric.io.readers.joined import Joined, SharedClock
+from fric.io.words import axis_of_file
 from fric.log import Log
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
@@ -317,6 +318,7 @@ class IngestSession:
     def __init__(self, stated: StatedLog, progress: Progress, beside: ThreadPoolExecutor) -> None:
         self._about, self._progress, self._signs, self._beside = stated, progress, Signs(), beside
         self._stated, self._dropped = set[str](), 0
+        self.named = "x"  # What an axis is called that neither its file nor a mapping names
         self.known: dict[str, str] = {}
         self.records: list[IngestedPart] = []
         self.skipped: list[tuple[str, str]] = []
@@ -332,7 +334,7 @@ class IngestSession:
         motion = self._about.motion or (mapping.motion if mapping else None) or said or (held[1] if held else None)
         if motion is None or not (drive_unit(motion) or self._about.join):  # in which unit are forces?
             motion = self._plan(table, motion).motion
-        return axis or (held[0] if held else "x"), motion
+        return axis or (held[0] if held else self.named), motion
 
     def tables(self, path: Path, files: ExitStack) -> Iterator[ForeignTable]:
         """Yield the tables of a file; of a file with several axes, those of the requested axis, or of the first."""
@@ -601,6 +603,8 @@ def ingest(
     held = header_of(output) if append and output.exists() else None
     with ThreadPoolExecutor(1) as beside, ExitStack() as files:  # digests are taken while the file is read
         session = IngestSession(stated, progress or (lambda _: None), beside)
+        if len(letters := {letter for path in sources if (letter := axis_of_file(path))}) == 1:
+            session.named = letters.pop()
         first, opened, (chosen_axis, chosen_motion), refused = session.first_readable(sources, held, files)
         with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
             session.known = writer.digests()

@@ -574,6 +574,14 @@ def guessed(
             asking.append(path)
             free |= {path} if said else set()
     found = guesses(asking, files, refused=refused) if asking else []
+    for guess in found if kind == "frequency-response" else ():  # it has an input, by its name alone where need be
+        roles, columns = guess.axis.roles, guess.table.columns
+        named = [n for n, column in enumerate(columns) if spoken(column).quantity == "input"]
+        if len(named) == 1:
+            if (push := roles.get("force")) and push.column in named:
+                del roles["force"]
+                guess.axis.motion = "rotary" if rotates(guess.axis.motion) else "linear"
+            roles["input"] = Role("input", named[0], columns[named[0]].unit or "V", 1.0, 1.0, "by its name")
     return Guessed(tuple(g for g in found if assume or g.sure or g.contradicts or not free.issuperset(g.files)))
 
 

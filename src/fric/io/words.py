@@ -55,8 +55,10 @@ def axis_of(*names: str) -> str | None:
 
 
 def axis_of_file(path: Path) -> str | None:
-    """Return the axis x, y or z that the name of a file shows, as ``Y_axis.csv``; other letters may be of runs."""
-    return name if (name := axis_of(path.name.split(".")[0])) in {*"xyz"} else None
+    """Return the axis x, y or z that the name of a file, or else of its folder, shows; other letters may be of runs."""
+    folder = path.absolute().parent.name
+    found = map(axis_of, (path.name.split(".")[0], folder, f"axis {folder}"))
+    return next((name for name in found if name in {*"xyz"}), None)
 
 
 def measures(column: Column, channel: str) -> bool:

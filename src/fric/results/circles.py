@@ -297,6 +297,7 @@ class TuneResult(Result, schema=circle_findings.TuningDocument):
         ]  # fmt: skip
         if rows:
             pieces.append(Table(["the next circle", "scheme", "recorded µm", "glitch µm", "95 %"], rows))
+            pieces.append("Intervals are from these circles alone: with strokes and sines, `fric auto` narrows them.")
         if self.files:
             pieces.append(f"wrote {', '.join(map(str, self.files))}")
         return pieces

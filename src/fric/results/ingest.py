@@ -175,7 +175,7 @@ def ingest(
     advance(0, total=sizes(paths))
     notices: list[Notice] = []
     reviewed = isinstance(ask, Review)
-    if mapping is None and not (join or reviewed) and kind != "frequency-response":
+    if mapping is None and not (join or reviewed):
         known = {held[0] for path in paths if path.is_file() and (held := beside(path))}
         if len(known) == 1:
             mapping, assume = mapping_of(*known), True
@@ -187,7 +187,7 @@ def ingest(
         mapping = read_text(text, MappingDocument)
         means = ", ".join(f'{channel} is "{at.column}"' for channel, at in mapping.columns.items() if at.column)
         notices = [MAPPING_PROPOSED.found(means=means, files=first_of(paths))]
-    if mapping is None and not join and kind != "frequency-response":
+    if mapping is None and not join:
         with ExitStack() as opened:
             found = guessed(paths, opened, kind, motion, assume=assume or ask is not None, every=reviewed)
             places = paths[0].parent, Path(output).parent
