@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import StringIO
 
 import numpy as np
@@ -35,6 +36,19 @@ def test_a_symbol_is_named_once():
     ]  # fmt: skip
     table = parameters({"F_c": {"value": 60.0, "unit": "N", "ci95": [59.0, 61.0]}})
     assert table.rows == [("F_c", "60.0", "59.0 … 61.0", "N", "  Coulomb friction")]
+
+
+def test_the_moving_mass_is_beside_what_gives_it_and_nowhere_else():
+    """Daniels taken for newtons are a tenth of the mass of the drawing."""
+    B, K_f = Estimate(2.4, "m/(s²·V)", (2.39, 2.41)), Estimate(150.0, "N/V", (147.0, 153.0))
+    rows = {row[0]: row for row in parameters({"B": B, "K_f": K_f}).rows}
+    low, high = map(float, rows["K_f/B"][2].split(" … "))
+    drawn = np.random.default_rng(5).normal([2.4, 150.0], [0.01 / 1.96, 3.0 / 1.96], (4000, 2))
+    np.testing.assert_allclose(np.quantile(drawn[:, 1] / drawn[:, 0], [0.025, 0.975]), [low, high], rtol=3e-3)
+    assert rows["K_f/B"][3:] == ("kg", "  moving mass")
+    fixed, current = replace(K_f, ci95=None, fixed=True), Estimate(1.0, "A/V", (0.9, 1.1))
+    for other in (fixed, current):  # of a stated force constant, or one of amperes, the quotient is no mass
+        assert "K_f/B" not in {row[0] for row in parameters({"B": B, "K_f": other}).rows}
 
 
 def test_what_every_session_shows_is_a_word_in_the_table_and_what_a_file_said_is_counted():

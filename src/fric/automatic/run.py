@@ -268,8 +268,8 @@ class AutoResult(Result, schema=AutoDocument):
             (item, notice) for item in self.page.inputs.items for notice in item.warnings if notice.code not in named
         ]
         wrong = [f"wrong: {item.kind} of axis {item.axis}: {text}" for item, text in items if text.severity == "wrong"]
-        doubts = {notice.code: notice.says for _, notice in items if notice.severity == "doubt"}
-        more = [f"doubt: {re.split(r'(?<!Eq)[.] ', says)[0].rstrip('.')} (`fric help {code}`)" for code, says in doubts.items()]
+        doubts = {n.code: re.split(r"(?<!Eq)[.] ", n.says)[0].rstrip(".") for _, n in items if n.severity == "doubt"}
+        more = [f"doubt: {says} (`fric help {code}`)" for code, says in doubts.items()]
         return [*dict.fromkeys(wrong), *more]
 
 
