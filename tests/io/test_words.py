@@ -72,7 +72,20 @@ def test_what_a_name_contains_by_chance_says_nothing(name: str, quantity: str | 
     [
         ("AxisX.ActPos", "x"), ("X actual position", "x"), ("achse_y_soll", None), ("pos.AxisZ", "z"),
         ("axis pos", None), ("AxisError.x1", None), ("x", None),
+        ("v+0.20", None), ("data.u", None), ("u actual position", "u"), ("axis v", "v"),  # a speed, a voltage
     ],
 )  # fmt: skip
 def test_a_letter_or_axis_and_a_letter_name_an_axis(name: str, axis: str | None) -> None:
     assert axis_of(name) == axis
+
+
+@pytest.mark.parametrize(
+    ("header", "quantity", "unit"),
+    [
+        ("force/N", "force", "N"), ("velocity/mm/s", "velocity", "mm/s"), ("t/s", "time", "s"), ("F/N", "force", "N"),
+        ("current/A", "force", "A"), ("elbow/position", "position", None), ("data/V", "velocity", None),
+    ],
+)  # fmt: skip
+def test_a_slash_before_a_unit_of_what_is_named_is_no_path(header: str, quantity: str, unit: str | None) -> None:
+    says = spoken(Column(header))
+    assert (says.quantity, says.unit) == (quantity, unit)

@@ -1059,7 +1059,9 @@ def _units_beside(
     units = {}
     for of in said.keys() & {"reference", "load_position", "force", "input"}:
         if of in {"force", "input"}:
-            units[of] = usual_units(of, said[of], motion, data.x[:, roles[of].column or 0])
+            newtons = of == "force" and motion == "linear" and data.columns[roles[of].column or 0].name.endswith("_N")
+            known = said[of]._replace(unit=said[of].unit or "N") if newtons else said[of]
+            units[of] = usual_units(of, known, motion, data.x[:, roles[of].column or 0])
         else:
             units[of] = (said[of].unit or "", 1.0, ()) if said[of].unit else position
     moving = [of for of in ("position", "velocity") if of in roles]

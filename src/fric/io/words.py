@@ -44,13 +44,16 @@ def named_as(column: Column) -> str | None:
 def axis_of(*names: str) -> str | None:
     """Return the axis that names show, as ``X actual position`` or ``y_strokes``; None where none or several do.
 
-    A letter, or ``AxisX``, denotes an axis where it is the first or the last word and not the only word.
+    A letter, or ``AxisX``, denotes an axis where it is the first or the last word and not the only word; u, v and w
+    only beside ``axis`` or a quantity: they are a voltage, a speed and a power, too.
     """
     found = set()
     for name in names:
         parts = re.sub(r"[\W_]+", " ", plain_name(name)).split()
-        ends = (re.sub(r"^(?:axis|achse)(?=.$)", "", word) for word in (*parts[:1], *parts[-1:]))
-        found |= {word for word in ends if word in {*AXES} and len(parts) > 1}
+        ends = [re.sub(r"^(?:axis|achse)(?=.$)", "", word) for word in (*parts[:1], *parts[-1:])]
+        rest = " ".join(word for word in parts if len(word) > 1)
+        clear = any(_has(rest, known) for known in (("axis", "achse"), *QUANTITIES.values()))
+        found |= {word for word in ends if word in {*(AXES if clear else AXES[:6])} and len(parts) > 1}
     return found.pop() if len(found) == 1 else None
 
 
@@ -123,6 +126,10 @@ class Spoken(NamedTuple):
 
 def spoken(column: Column) -> Spoken:
     """Return what the name and the unit of a column show."""
+    if column.unit is None and (said := re.fullmatch(r"(\w+)/([a-zA-Zµ°]+(?:/[a-z]+)?)", column.name)):
+        of, unit = spoken(Column(said[1])).quantity, said[2]  # force/N is a force [N]; arm/position is of an arm
+        if of and is_unit(unit) and _quantity_of(unit) == of:
+            return spoken(Column(said[1], unit))
     path = re.sub(r"(?i)(header\.stamp|states?|status\w*|\w+_mapper)(?=[./])", " ", bare(column))  # as state.speed
     typed = _TYPED.sub("", path)  # iActualPosition is no current, though iActual is one
     path = typed if any(_has(_words(typed), known) for known in QUANTITIES.values()) else path
