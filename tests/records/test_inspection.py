@@ -241,6 +241,19 @@ def test_moves_of_many_lengths_are_no_frequency_response():
         assert inspect(log).kind == kind
 
 
+@pytest.mark.parametrize("periodic", [True, False])
+def test_periods_show_an_excitation_that_an_encoder_step_hides(periodic):
+    """A response along a ramp on a coarse encoder was a stroke; a regulated stroke, whose input is noise, still is."""
+    rng, time = np.random.default_rng(11), np.arange(20_000) / 2000.0
+    lines = rng.uniform(0.0, 2.0 * np.pi, 60)
+    period = sum(np.sin(2.0 * np.pi * (k + 2) * time / 2.5 + phase) for k, phase in enumerate(lines))
+    effort = period if periodic else 0.3 * rng.standard_normal(len(time))
+    shaken = 1e-6 * np.cumsum(effort - effort.mean())
+    position = 1e-5 * np.round((0.05 * time + shaken - np.linspace(0.0, shaken[-1], len(time))) / 1e-5)
+    log = Log(time=time, position=position, input=1.0 + effort + 0.01 * rng.standard_normal(len(time)), motion="linear")
+    assert inspect(log).kind == ("frequency-response" if periodic else "constant-velocity")
+
+
 def test_a_spindle_of_one_direction_shows_friction_and_no_offset():
     time = np.arange(4000) / 100.0
     speed = np.interp(time, [0, 1, 12, 20, 28, 38, 40], [0, 0, 300, 120, 250, 0, 0])

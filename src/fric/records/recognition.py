@@ -24,6 +24,7 @@ REPEATS = 1.5  # Least number of cycles of a sine in sliding, without those at t
 PIECES = 400  # Number of pieces of a record that are searched for pauses
 QUIET, PAUSES = 0.02, 0.05  # Largest travel in a pause over that of a fast piece, and share of pauses between moves
 LINES = 9.0  # Least number of spectral lines with the power of a broad-band excitation; strokes have at most five
+REPEATED = 0.8  # Least correlation of an excitation with its next period
 RISING_SHARE = 0.01  # Share of the stroke in which the force rises after a reversal, above which it is pre-sliding
 LOOP_SHARE = 0.03  # The same for a motion of any other shape, as by hand or distorted by friction
 LOOP_OF_STROKES = 0.1
@@ -290,7 +291,16 @@ def _is_broad_band(log: Log) -> bool:
     velocity = np.gradient(log.position, log.time)
     noise = max(noise_level(log.position), (lattice_step(log.position) or 0.0) / np.sqrt(12.0))
     shaking = noise * np.sqrt(2.0) / float(np.median(np.diff(log.time)))
-    return bool(min(spectral_lines(velocity), spectral_lines(effort)) >= LINES and velocity.std() > 3.0 * shaking)
+    shows = velocity.std() > 3.0 * shaking or repeats(effort)  # the average of periods shows what a sample does not
+    return bool(shows and min(spectral_lines(velocity), spectral_lines(effort)) >= LINES)
+
+
+def repeats(signal: Real) -> bool:
+    """Return whether a signal repeats itself, by its correlation with itself a twentieth to half of its length later."""
+    n = len(signal)
+    rest = signal - np.polyval(np.polyfit(np.arange(n), signal, 1), np.arange(n))
+    power = np.fft.irfft(np.abs(np.fft.rfft(rest, 2 * n)) ** 2)[: n // 2] / np.arange(n, n - n // 2, -1)
+    return bool(power[n // 20 :].max() > REPEATED * power[0] > 0.0)
 
 
 def spectral_lines(signal: Real) -> float:

@@ -33,6 +33,7 @@ from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED
 from fric.friction import FrictionModel
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice, once
+from fric.records.recognition import kind_of
 from fric.results.base import Figure, Piece, Result, Table, in_si, named, plain_names, positive, quantity, records_of
 from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.kinds import ControllerLike, Count, FrictionLike, LogLike, PlantLike, Quantity, RecordName
@@ -379,11 +380,13 @@ def measured_record(given: Any, name: str | None, of: tuple[str, Motion]) -> Log
             hint="Give the log of the axis that is designed for.",
         )
     usable = [record for record in records if not isinstance(record, ForceVelocity)]
-    found = [record for record in usable if (record.name == name if name else record.kind == "frequency-response")]
+    stated = [record for record in usable if (record.name == name if name else record.kind == "frequency-response")]
+    shown = (log for log in usable if isinstance(log, Log) and not (stated or name))  # a container of all records
+    found = stated or [log for log in shown if kind_of(log) == "frequency-response"]
     if len(found) != 1:
         text = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")
         raise FricError(
-            f"there are {text}, where one is asked", where=where, hint="Name the one with `record=`, or ingest it."
+            f"there are {text}, and one is needed", where=where, hint="Name the one with `record=`, or ingest it."
         )
     return found[0]
 
