@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 SHARE = 0.95  # Share of the drawn machines that stay below the reported value
 CLOSE = 1.25
 """Ratio of the predicted to the measured glitch, either way, up to which agreement within intervals is called trust."""
+FAR = 1.7
+"""The same ratio from which machines fitted to the circle decide nothing: friction varies less from day to day."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,6 +146,13 @@ class Evidence:
         unknown = any(notice.code == GAINS_UNKNOWN.code for notice in self.distrust)
         shown = self.compared and not self.disagreements and not unknown
         return not shown and any(notice.code == GAINS_DESIGNED.code for notice in self.notices)
+
+    @property
+    def far(self) -> list[Notice]:
+        """Differences from a measured circle that no fit settles: they are larger than those of friction over time."""
+        predicted, measured = self.glitches or (1.0, 1.0)
+        close = 1.0 / FAR <= predicted / max(measured, 1e-12) <= FAR
+        return [] if close else [notice for notice in self.settled if flaw_of(notice).disagrees]
 
     @property
     def machines(self) -> int:
@@ -337,7 +346,8 @@ def decide(evidence: Evidence) -> Verdict:
     given: dict[str, Any] = {"settled": tuple(evidence.settled), "compared": evidence.glitches}
     given["unmodelled"] = evidence.unmodelled
     given["now"] = now = glitch_now(without, evidence) if (without := bare(evidence.candidates)) else ""
-    if evidence.disagreements or not usable:
+    if evidence.disagreements or evidence.far or not usable:
+        why += tuple(evidence.far)
         then = tuple(steps(evidence, None))
         return Verdict(choice=None, headline=nothing(evidence), why=why, effort=said, next=then, kept=kept, **given)
     chosen = _choose(usable, evidence)
@@ -505,7 +515,11 @@ def nothing(evidence: Evidence) -> str:
     if evidence.disagreements:
         fitted = all(notice.code == COMPLETED_DISAGREES.code for notice in evidence.disagreements)
         differs = "no machine that is fitted to the measured circle reproduces it" if fitted else DIFFERS
-        return f"No scheme is recommended: {differs}. Find out why first."
+        return f"No scheme is recommended: {differs}. Find out why first: was a compensation on?"
+    if evidence.far and evidence.glitches:
+        predicted, measured = (readable(glitch, "m", 3) for glitch in evidence.glitches)
+        doubt = f"predicted {predicted}, measured {measured}. Are the gains, and the circle, those of this machine?"
+        return f"No scheme is recommended: {doubt}"
     if evidence.rotary:
         return "No scheme is recommended: schemes are compared on a circle, which needs a linear axis."
     if evidence.missing:
@@ -529,7 +543,7 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
     if evidence.missing:
         yield 'fric plan --stroke "300 mm" --feed "100 mm/s" -o plan   # motions that record what is missing'
         return
-    if evidence.disagreements:
+    if evidence.disagreements or evidence.far:
         yield f"fric diagnose {circle} --machine {machine} --plot circle.png"
         yield f"fric tune {machine} {circle} -o tuned"
         return

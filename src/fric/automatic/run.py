@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
+from math import inf
 from os.path import realpath, relpath
 from pathlib import Path
 from typing import Annotated, Any
@@ -37,6 +38,7 @@ from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError, near
 from fric.estimate import Estimate, estimate_rows
 from fric.flaws.channel import HOLDING_MAP
+from fric.flaws.circle import CONTROLLER_DIFFERS
 from fric.io.circle import choose_circles
 from fric.io.propose import NO_FORCE, NO_POSITION, NO_SCALE, first_of, proposal
 from fric.io.questions import MOST_QUESTIONS, Ask, Question, Review
@@ -129,11 +131,17 @@ def find_gains(
     rate: Of the controller of another axis [Hz]: one controller has one rate.
     """
     axis, motion = logs[0].axis, logs[0].motion
-    if file := stated.files.get(axis) or found.controllers.get(axis):
-        return file
     typed, made = session.folder / axis / "gains.yaml", session.folder / axis / "controller.yaml"
-    if (text := stated.texts.get(axis, stated.texts.get(""))) is not None:
-        session.write(gains_of(text, axis, motion), typed)
+    driven = [log.path for log in logs if log.driven]
+    of_logs = made.with_stem("controller-of-logs")
+    file, text = stated.files.get(axis) or found.controllers.get(axis), stated.texts.get(axis, stated.texts.get(""))
+    if file or text is not None:
+        known = read_tree(file) if file else gains_of(text or "", axis, motion)
+        closed = step(f"{axis}: gains of logs", "identify controller", driven, {"axis": axis}, output=of_logs)
+        against = _against(known, of_logs) if driven and session.take(closed, tried=True) else []
+        if file and not against:
+            return file
+        session.write(known | {"warnings_coded": [*known.get("warnings_coded", ()), *against]}, typed)
         return typed
     shown, slow = None, False  # the file of a circle's gains, and whether it is slower than the controller
     rates = [rate for log in found.logs for rate in log.rates if rate < 4e4]  # what is faster, a recorder samples
@@ -154,15 +162,13 @@ def find_gains(
         if session.take(step(f"{axis}: gains", "identify controller", [path], options | at, output=made)):
             shown = made
             break
-    driven = [log.path for log in logs if log.driven]
-    if shown and _are_known(shown, 2.0 if slow else 10.0):
+    if shown and _are_known(shown, 2.0 if slow else 10.0) and (not driven or _spread(shown, "K_p") < EXACT):
         return shown
     if driven and (shown or needed or is_effort(motion) or any("motion" in log.kinds for log in logs)):
-        of_logs = made if shown is None else made.with_stem("controller-of-logs")
-        at = sampled(*rates)
+        of_logs, at = of_logs if shown else made, sampled(*rates)
         closed = step(f"{axis}: gains", "identify controller", driven, {"axis": axis} | at, output=of_logs)
-        if session.take(closed, tried=True):
-            return of_logs
+        if session.take(closed, tried=True):  # a compensation is in the voltage of a circle, seldom in that of strokes
+            return min(filter(None, (of_logs, shown)), key=lambda file: _spread(file, "K_p"))
     if shown or typed.exists():
         return shown or typed
     if needed and ask is not None and session.may_know and not made.exists():  # designed after an earlier answer
@@ -175,14 +181,36 @@ def find_gains(
     return None
 
 
+APART = 1.25  # Ratio of stated gains to those of the logs from which they are not the same
+EXACT = 1.05  # Largest ratio of the limits of K_p of a circle that no log is held against
+
+
+def _spread(file: Path, name: str) -> float:
+    """Return the ratio of the limits of a gain in a file; 1 where it has none."""
+    low, high = getattr(read_document(file, ControllerDocument), name).ci95 or (1.0, 1.0)
+    return float(high / low) if low and high else inf
+
+
 def _are_known(file: Path, most: float) -> bool:
     """Return whether the gains in a file have intervals that bound them.
 
     most: Largest ratio of the limits of K_v and K_i, which may hold both orders of the two: the loop is the same.
     """
-    gains = read_document(file, ControllerDocument)
-    limits = {name: getattr(gains, name).ci95 or (1.0, 1.0) for name in ("K_v", "K_p", "K_i")}
-    return all(low and high and high < (2.0 if name == "K_p" else most) * low for name, (low, high) in limits.items())
+    return all(_spread(file, name) < (2.0 if name == "K_p" else most) for name in ("K_v", "K_p", "K_i"))
+
+
+def _against(stated: Mapping[str, Any], file: Path) -> list[dict[str, Any]]:
+    """Return the notice that stated gains are not those that logs show, by K_p and K_v·K_i: both orders share these."""
+    known, found = ControllerDocument.model_validate(stated), read_document(file, ControllerDocument)
+    (mine, shown), unit = (each.in_si(found.motion) for each in (known, found)), si_unit(GAINS["K_p"], found.motion)
+    if known.motion != found.motion or not shown.K_i or _spread(file, "K_p") > APART:
+        return []
+    ratios = mine.K_p / shown.K_p, mine.K_v * mine.K_i / (shown.K_v * shown.K_i)
+    if all(1.0 / APART < ratio < APART for ratio in ratios):
+        return []
+    how = f"The stated gains are not those of the logs: K_p is {mine.K_p:.4g} {unit}, and their voltage shows "
+    how += f"{shown.K_p:.4g} {unit}"
+    return [CONTROLLER_DIFFERS.found(f"axis {found.axis}", how=how, friction=False).as_dict()]
 
 
 def _rate(file: Path) -> float:

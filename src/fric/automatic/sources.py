@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from filecmp import cmp
+from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeVar
@@ -25,7 +26,7 @@ from fric.input import foreign, reading, regular
 from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
-from fric.io.ingest_circle import ingest_circles
+from fric.io.ingest_circle import StatedCircle, ingest_circles
 from fric.io.pairs import with_joined
 from fric.io.propose import AT_REST, JOINED, NO_FORCE, NO_POSITION, Guessed, axes_said, first_of, guessed, says_all
 from fric.io.questions import Ask, answered, axes_mapped, beside
@@ -401,7 +402,8 @@ def _foreign(
 def _share_on_circles(path: Path, mapping: str) -> float:
     """Return the share of a foreign file in which its axes run on whole circles."""
     with TemporaryDirectory() as folder:
-        read = _tried(lambda: ingest_circles(path, Path(folder) / "circle.h5", mapping=mapping_of(mapping or None)))
+        of, any_size = mapping_of(mapping or None), StatedCircle(within=(0.0, inf))  # its step refuses another unit
+        read = _tried(lambda: ingest_circles(path, Path(folder) / "circle.h5", mapping=of, stated=any_size))
         if read is None or any(test.angle is not None for test in read.tests):
             return 0.0 if read is None else 1.0
         return sum(len(test.axes[test.names[0]].time) for test in read.tests) / read.samples

@@ -31,7 +31,7 @@ from fric.io.words import bare, says_something, spoken
 from fric.log import Log
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
-from fric.units import Motion, converts, in_units_of, si_unit
+from fric.units import Motion, converts, in_units_of, readable, si_unit
 
 AXES = "xyz"
 SILENT = frozenset({"position", "pos", "axis", "value", "lage", "achse", "wert"})
@@ -174,6 +174,7 @@ class StatedCircle:
     sampling: float | None = None  # Samples a second of a trace without time [Hz]
     instrument: Instrument = ""  # What measured the position
     scheme: str = ""  # Name of the compensation that was on; empty where it is not known
+    within: tuple[float, float] = (2e-4, 5.0)  # Radius [m] where none is stated: of another, the unit is wrong
 
 
 def ingest_circles(
@@ -292,6 +293,9 @@ def _tests(
         cut = {name: trace.part(circle.samples) for name, trace in traces.items()}
         axes = {name: replace(trace, time=trace.time - trace.time[0]) for name, trace in cut.items()}
         radius = stated.radius or rounded(circle.radius, 1e-5 if by == "reference" else 2e-3)
+        if stated.radius is None and not stated.within[0] <= radius <= stated.within[1]:
+            size, hint = readable(radius, "m", 3), "Check the unit of its columns; where it is right, say `radius=`."
+            raise FricError(f"the circle has a radius of {size}", where=source, hint=hint)
         yield MeasuredCircle(
             radius, stated.feed or rounded(circle.feed), stated.direction or circle.direction, axes,
             instrument=stated.instrument, scheme=stated.scheme, name=f"{Path(source).stem}-{n}", source=source,

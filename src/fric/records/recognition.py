@@ -296,7 +296,7 @@ def _is_broad_band(log: Log) -> bool:
 
 
 def repeats(signal: Real) -> bool:
-    """Return whether a signal repeats itself, by its correlation with itself a twentieth to half of its length later."""
+    """Return whether a signal repeats itself: its correlation with itself a twentieth to half of its length later."""
     n = len(signal)
     rest = signal - np.polyval(np.polyfit(np.arange(n), signal, 1), np.arange(n))
     power = np.fft.irfft(np.abs(np.fft.rfft(rest, 2 * n)) ** 2)[: n // 2] / np.arange(n, n - n // 2, -1)
