@@ -3,7 +3,7 @@
 import pytest
 
 from fric.io.readers.base import Column
-from fric.io.words import axis_of, spoken
+from fric.io.words import axis_of, spoken, tags
 
 NAMES = """
 current -: current.q; q_current; Motorstrom; I_motor; motor_current; MotorCurrent_A; corriente motor
@@ -89,3 +89,10 @@ def test_a_letter_or_axis_and_a_letter_name_an_axis(name: str, axis: str | None)
 def test_a_slash_before_a_unit_of_what_is_named_is_no_path(header: str, quantity: str, unit: str | None) -> None:
     says = spoken(Column(header))
     assert (says.quantity, says.unit) == (quantity, unit)
+
+
+@pytest.mark.parametrize(("name", "commanded"), [("xref", True), ("ycmd", True), ("zsoll", True), ("xact", False)])
+def test_a_letter_of_an_axis_is_joined_to_what_it_is_of(name: str, commanded: bool) -> None:
+    """``t, xref, x, F, u`` had two positions or a force more, and no reference."""
+    assert spoken(Column(name)).commanded is commanded
+    assert tags([Column(name), Column(f"{name[0]}_force"), Column("w_ref"), Column("w_force")])[0] == name[0]

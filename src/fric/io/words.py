@@ -270,7 +270,8 @@ def says_something(word: str) -> bool:
 
 def _words(name: str) -> str:
     parted = re.sub(r"(?<=[a-zà-ÿ])(?=[A-Z])|(?<=[A-Za-z])(?=\d)", " ", name)
-    return re.sub(r"[_\W]+", " ", plain_name(parted)).strip()
+    words = re.sub(r"[_\W]+", " ", plain_name(parted)).strip()
+    return re.sub(r"\b([xyz])(ref|cmd|des|set|act|pos|soll|ist)\b", r"\1 \2", words)
 
 
 @cache

@@ -33,6 +33,7 @@ from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED
 from fric.friction import FrictionModel
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice, once
+from fric.records.flaws import evened
 from fric.records.recognition import kind_of
 from fric.results.base import Figure, Piece, Result, Table, in_si, named, plain_names, positive, quantity, records_of
 from fric.results.given_models import cascade_of, document_of, friction_of
@@ -388,7 +389,7 @@ def measured_record(given: Any, name: str | None, of: tuple[str, Motion]) -> Log
         raise FricError(
             f"there are {text}, and one is needed", where=where, hint="Name the one with `record=`, or ingest it."
         )
-    return found[0]
+    return evened(found[0])[0] if isinstance(found[0], Log) else found[0]  # the plant says what was resampled
 
 
 def _resonance(text: str) -> StructuralMode:
