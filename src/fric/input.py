@@ -160,5 +160,5 @@ def other_kind(path: Path, given: str, wanted: str) -> FricError:
     use = " or ".join(f"`{text.format(shlex.quote(str(path)))}`" for text in taken)
     hints = [f"Use it in {use}."] if use else []
     hints += [f"A {asked} file is made by {MADE[asked]}."] if asked in MADE else []
-    what = f"is a {kind} file, and a {asked} file is asked for" if taken else f"holds {given}, not {wanted}"
+    what = f"is a {kind} file, and a {asked} file is needed" if taken else f"holds {given}, not {wanted}"
     return FricError(what, where=str(path), hint=" ".join(hints))

@@ -214,11 +214,11 @@ class Verdict:
         predicted, measured = (readable(value, "m", 3) for value in self.compared)
         word = "trusted" if self.trusted else "not trusted yet"
         if self.trusted and self.differs:
-            word = "the identified machine differs; the decision uses machines fitted to this circle (see `fric tune`)"
+            word = "the identified machine differs; the decision is for machines fitted to this circle (`fric tune`)"
         elif self.trusted and not 1.0 / CLOSE <= self.compared[0] / max(self.compared[1], 1e-12) <= CLOSE:
             word = "within the interval of the prediction, which is wide. Identify again from more records"
         left = self.unmodelled.items()
-        others = (f" {name.upper()} has no model: its {readable(m, 'm', 3)} remain." for name, m in left)
+        others = (f" {name.upper()} was not identified: its {readable(m, 'm', 3)} remain." for name, m in left)
         return f"Predicted {predicted}, measured {measured}: {word}.{''.join(others)}"
 
     def lines(self) -> list[str]:
@@ -453,7 +453,7 @@ def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) 
     """Return what less effort would cost, and what more effort would gain, where the difference is sure."""
     if evidence.exact and evidence.machines and evidence.glitches is None:
         decide = f"{evidence.machines} varied machine{'s decide' if evidence.machines > 1 else ' decides'}"
-        yield f"The simulated controller knows its machine exactly, as no real one does: {decide}."
+        yield f"The simulated controller is given its machine exactly, which no real one is: {decide}."
     less = [candidate for candidate in usable if 0 < candidate.demand < chosen.demand]
     more = [candidate for candidate in usable if candidate.demand > chosen.demand]
     if less:
@@ -465,7 +465,8 @@ def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) 
         other = min(more, key=lambda candidate: candidate.stays_under)
         if surely_less(other, chosen, evidence.resolution):
             low, high = difference(chosen, other)
-            yield f"{_asks(other, 'more')} ({_between(low, high)} less): not worth the effort."
+            gain = f"{_between(low, high)} less than ({chosen.scheme.name})"
+            yield f"{_asks(other, 'more')} ({gain}): not worth the effort."
         elif other.stays_under < chosen.stays_under:
             yield f"{other.named} takes more effort and is not surely better."
 

@@ -591,7 +591,7 @@ def test_an_error_in_a_mapping_names_its_file_its_line_and_its_mend(tmp_path):
     ("options", "told"),
     [
         (["--circle", str(LOGS[0])], "there is no measured circle in it"),
-        (["--machine", str(ROOT / "data/circle.h5")], "a machine file is asked for"),
+        (["--machine", str(ROOT / "data/circle.h5")], "a machine file is needed"),
         (["--map", "no.yaml"], "no.yaml: there is no such file"),
         (["--controller", "Kv=100 1/s, Kp=131, Ki=4090"], "'Kv' is not a gain"),
         (["--controller", "K_v=100 1/s"], "lacks K_p and K_i"),
@@ -764,6 +764,29 @@ def test_gains_are_taken_as_a_text_or_asked_for(tmp_path):
     assert "K_p: {value: 120.0, unit: V*s/m}" in (tmp_path / "steps.sh").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize(("K_p", "K_i", "codes"), [(130.9, 4091, []), (65.0, 2045, ["controller-differs"])])
+def test_stated_gains_are_held_against_the_voltage_of_logs(K_p, K_i, codes, tmp_path):
+    found = find_sources([DATA / "constant-velocity.h5"])
+    text = f"K_v=100 1/s, K_p={K_p} V*s/m, K_i={K_i} V/m"
+    session = Session(tmp_path, Step.make, lambda _: None)
+    path = find_gains(session, found, found.logs, Stated.of([text]), None, needed=True)
+    assert [warning["code"] for warning in plain(read_tree(path)).get("warnings_coded", [])] == codes
+
+
+def test_a_compensation_in_the_voltage_of_a_circle_is_no_gain(tmp_path):
+    """K_p was 351 to 400 V·s/m for 108: a compensation was on, and nobody said so."""
+    test = read_circles(DATA / "circle.h5")[0]
+    trace = test.axes["x"]
+    added = 0.35 * np.tanh(np.gradient(trace.reference, trace.time) / 2e-3)  # 53 N of 63 N
+    axes = test.axes | {"x": replace(trace, input=trace.input + added)}
+    write_circles(tmp_path / "circle.h5", [replace(test, axes=axes)])
+    found = find_sources([DATA / "constant-velocity.h5", tmp_path / "circle.h5"])
+    session = Session(tmp_path / "out", Step.make, lambda _: None)
+    path = find_gains(session, found, found.logs, Stated.of([]), None, needed=True)
+    low, high = read_document(path, ControllerDocument).K_p.ci95
+    assert low <= 130.9 <= high < 1.2 * low
+
+
 @pytest.mark.long(90)
 def test_a_circle_without_voltage_settles_nothing_where_the_gains_are_unknown(tmp_path):
     """23 µm were predicted with gains that fric designed, 41 were measured, and that was called trusted."""
@@ -831,7 +854,7 @@ def test_a_file_in_the_place_of_the_folder_is_refused_before_logs_are_read(tmp_p
     """It was after half a minute of reading."""
     (tmp_path / "report.html").write_text("")
     monkeypatch.setattr("fric.automatic.run.find_sources", lambda *_, **__: pytest.fail("logs were read"))
-    with pytest.raises(FricError, match=r"report.html: is a file, and a folder is written"):
+    with pytest.raises(FricError, match=r"report.html: is a file, and the results take a folder"):
         fric.auto(DATA, output=tmp_path / "report.html")
     with pytest.raises(FricError, match="no-such"):
         fric.auto(DATA, output=tmp_path / "out", machine=tmp_path / "no-such.yaml")

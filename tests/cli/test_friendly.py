@@ -215,7 +215,7 @@ def test_the_bundled_documents_read():
     (["identify", "lugr", "log.h5"], "no command 'lugr'. Is it lugre?"),
     (["inspct", "log.h5"], "no command 'inspct'. Is it inspect?"),
     (["design", "controller", "p.yaml", "--phase-margin", "60"], "T_d: is missing"),
-    (["ingest", "p.yaml", "-o", "log.h5"], "p.yaml: is a plant file, and a log file is asked for"),
+    (["ingest", "p.yaml", "-o", "log.h5"], "p.yaml: is a plant file, and a log file is needed"),
     (["simulate", "circle", "xy-table", "--friction", "f.yaml"], "Write it as x=f.yaml"),
     (["simulate", "experiment", "xy-table", "constant-velocity", "-o", "log.h5"], "unexpected extra argument"),
 ])  # fmt: skip

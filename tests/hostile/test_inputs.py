@@ -181,7 +181,7 @@ def bomb(depth: int) -> str:
     ("text", "match"),
     [
         (bomb(9), "without aliases"),
-        ("fric: plant/1\nA: " + "[" * 5000 + "]" * 5000, "nests deeper|damaged|no YAML"),
+        ("fric: plant/1\nA: " + "[" * 5000 + "]" * 5000, "nests deeper|damaged|not YAML"),
         ("fric: plant/1\nA: " + "{a: " * 300 + "1" + "}" * 300, "nests deeper|damaged"),
         ("%YAML 9.9\n---\nfric: plant/1\n", "."),
         ("fric: plant/1\naxis: x\nA: null\nT_d: 1 ms\n", "A: "),

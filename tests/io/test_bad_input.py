@@ -185,19 +185,19 @@ def test_truncated_hdf5(tmp_path, log):
 @pytest.mark.parametrize("kind", ["friction", "plant", "machine"])
 def test_a_document_in_place_of_a_log_and_a_run_in_place_of_a_document(kind, tmp_path):
     (tmp_path / "made.yaml").write_text(f"# made today\nfric: {kind}/1\naxis: x\n", encoding="utf-8")
-    with pytest.raises(FricError, match=f"is a {kind} file, and a log file is asked for"):
+    with pytest.raises(FricError, match=f"is a {kind} file, and a log file is needed"):
         fric.ingest(tmp_path / "made.yaml", output=tmp_path / "new.h5")
     (tmp_path / "run.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(3 << 20))  # larger than any document
-    with pytest.raises(FricError, match="is a log, a circle or a run, and a machine file is asked for"):
+    with pytest.raises(FricError, match="is a log, a circle or a run, and a machine file is needed"):
         fric.circle(tmp_path / "run.h5")
 
 
 def test_hdf5_of_another_type(tmp_path, log):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file.attrs["fric"] = "run/1"
-    with pytest.raises(FricError, match="is a run file, and a log file is asked for"):
+    with pytest.raises(FricError, match="is a run file, and a log file is needed"):
         ingest(tmp_path / "run.h5", tmp_path / "new.h5")
-    with pytest.raises(FricError, match="is a run file, and a log file is asked for"):
+    with pytest.raises(FricError, match="is a run file, and a log file is needed"):
         ingest(tmp_path / "good.csv", tmp_path / "run.h5", append=True)
     with h5py.File(tmp_path / "run.h5") as file:
         assert list(file) == []
@@ -356,6 +356,6 @@ KINDS = {
 def test_a_file_of_another_kind_says_what_to_type(call, is_a: str, types: str, tmp_path: Path) -> None:
     for name, text in KINDS.items():
         (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
-    with pytest.raises(FricError, match=f"is a {is_a}.*, and a .* is asked for") as refused:
+    with pytest.raises(FricError, match=f"is a {is_a}.*, and a .* is needed") as refused:
         call(tmp_path)
     assert types in refused.value.hint

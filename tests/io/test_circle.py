@@ -47,6 +47,17 @@ def test_a_trace_of_two_axes_tells_radius_feed_and_direction(tmp_path):
         assert (file.attrs["radius"], file.attrs["feed"], file.attrs["direction"]) == (0.03, 0.1, -1)
 
 
+def test_a_circle_of_a_few_micrometres_is_in_another_unit_unless_its_radius_is_stated(tmp_path):
+    """Micrometres in place of millimetres: K_p was 1000 times too large, without a word."""
+    trace(tmp_path / "a.csv", header="time [s],x_ref [um],x_enc [um],y_ref [um],y_enc [um],x_u [V]")
+    with pytest.raises(FricError, match="the circle has a radius of 30 µm"):
+        ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5")
+    assert not (tmp_path / "c.h5").exists()
+    stated = StatedCircle(radius=30e-6)
+    (test,) = ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5", stated=stated).tests
+    assert test.radius == 30e-6
+
+
 @pytest.mark.parametrize(
     "header",
     [

@@ -175,7 +175,7 @@ def test_what_has_no_model_is_not_drawn_as_predicted() -> None:
     assert axis == "y"
     assert glitch == pytest.approx(38.6e-6, rel=0.01)
     decided = Verdict(choice=None, headline="", compared=(41e-6, 42e-6), unmodelled={axis: glitch})
-    assert decided.checked == "Predicted 41 µm, measured 42 µm: trusted. Y has no model: its 38.6 µm remain."
+    assert decided.checked == "Predicted 41 µm, measured 42 µm: trusted. Y was not identified: its 38.6 µm remain."
 
 
 def test_it_says_whether_halves_of_the_strokes_agree(html: str, files: SimpleNamespace) -> None:

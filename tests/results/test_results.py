@@ -132,7 +132,7 @@ def test_a_machine_believes_models_plants_and_designs(plant):
     ("call", "said_so"),
     [
         (lambda r: fric.identify_gms("x.yaml"), "there is no such file"),
-        (lambda r: fric.identify_gms(ROOT / "configs/xy-table.yaml"), "is a machine file, and a log file is asked for"),
+        (lambda r: fric.identify_gms(ROOT / "configs/xy-table.yaml"), "is a machine file, and a log file is needed"),
         (lambda r: fric.identify_gms(42), "identify_gms takes log files, or records that fric.read returns.*an int"),
         (lambda r: fric.identify_gms(None), "was given None"),
         (lambda r: fric.identify_gms(), "no record was given"),
@@ -147,7 +147,7 @@ def test_a_machine_believes_models_plants_and_designs(plant):
         (lambda r: fric.circle("xy-table", radius=None), "takes radius as a number or a text, and was given None"),
         (lambda r: fric.circle("xy-table", radius="30"), "has no unit"),
         (lambda r: fric.read_machine("virtual-rig").with_belief(y=r), "axis y was given what is known of axis x"),
-        (lambda r: fric.read_machine("virtual-rig").with_belief(x="f.yaml"), "cannot believe a str"),
+        (lambda r: fric.read_machine("virtual-rig").with_belief(x="f.yaml"), "model or plant, and no str"),
         (lambda r: fric.validate(STROKES, plant=None), "was given None"),
         (lambda r: r.save(3), "save takes path as a path or a text, and was given an int"),
         (lambda r: fric.read(STROKES).save(None), "save takes path as a path or a text, and was given None"),

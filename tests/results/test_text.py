@@ -55,7 +55,7 @@ def test_what_every_session_shows_is_a_word_in_the_table_and_what_a_file_said_is
     own = SIGMA_IN_A.found(damping=Estimate(1060.0, "N*s/m"))
     section = {"sigma": Estimate(0.0, "N*s/m", (0.0, 28.0)), "F_c": Estimate(63.0, "N", (62.0, 64.0))}
     shown = {row[0]: row[-1].strip() for row in parameters(section, notices=[own]).rows}
-    assert shown == {"sigma": "viscous friction, in A", "F_c": "Coulomb friction"}
+    assert shown == {"sigma": "viscous friction, included in A", "F_c": "Coulomb friction"}
     level = LEVEL_DIFFERS.found(level=0.98)
     before = [one.at("friction.yaml", carried=True) for one in (own, level, C_WITHOUT_PLANT.found())]
     assert told_alone([own, *before, level]) == [level, "2 doubts carried over: level-differs, C-without-plant"]

@@ -473,8 +473,8 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     """Return the error that no file shows friction, with what to log or to fill in."""
     if not found.refused:
         return FricError(
-            f"there is no log in {', '.join(map(str, logs))}",
-            hint="Give logs of a drive, or their folder. `fric ingest --list` lists the formats.",
+            f"there is no log of strokes, sines or a response in {', '.join(map(str, logs))}",
+            hint="Give these, beside circle tests, or their folder. `fric ingest --list` lists the formats.",
         )
     ((why, files), *more) = sorted(found.refused.items(), key=lambda item: "column" not in item[0])
     beside = [f"{first_of(others)}: {reason}" for reason, others in more[:3]]
@@ -507,7 +507,7 @@ def _refuse_among(folder: Path, logs: Sequence[Path], scheduler: str | None) -> 
     if scheduler is not None:
         raise FricError("logs that are no fleet use no cluster", hint="Leave `scheduler=` out.")
     if folder.is_file():
-        raise FricError("is a file, and a folder is written", where=str(folder), hint="Name another folder.")
+        raise FricError("is a file, and the results take a folder", where=str(folder), hint="Name another folder.")
     out = Path(realpath(folder))
     for path in logs:
         place = Path(realpath(path)) if path.is_dir() else Path(realpath(path)).parent  # links may lead to themselves

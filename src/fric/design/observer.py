@@ -298,7 +298,7 @@ def _too_sensitive(whole: WholeLoop, without: float, asked: float) -> FricError:
             hint="Measure it again with more amplitude or more periods there, or leave these lines out.",
         )
     text = "is unstable" if without == inf else f"has a peak sensitivity of {decibel(without):.1f} dB"
-    what = f"the loop {text} without any observer, where {decibel(asked):.3g} dB is asked"
+    what = f"the loop {text} without any observer; a peak of {decibel(asked):.3g} dB was asked for"
     return FricError(what, hint="Lower the gains of the controller, or ask for a larger peak sensitivity.")
 
 

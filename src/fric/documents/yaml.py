@@ -82,7 +82,7 @@ def read_tree(path: Path, wanted: str = "YAML") -> Any:
         binary = file.read(4) == b"\x89HDF"
     if binary:
         raise FricError(
-            f"is a log, a circle or a run, and a {wanted} file is asked for", where=str(path),
+            f"is a log, a circle or a run, and a {wanted} file is needed", where=str(path),
             hint=f"`fric inspect {path}` takes a log, `fric diagnose {path}` a circle or a run.",
         )  # fmt: skip
     regular(path, MOST_BYTES)
@@ -105,7 +105,7 @@ def read_tree(path: Path, wanted: str = "YAML") -> Any:
         except YAMLError as error:
             mark = getattr(error, "problem_mark", None)
             where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-            what = f"is no YAML: {getattr(error, 'problem', None) or error}"
+            what = f"is not YAML: {getattr(error, 'problem', None) or error}"
             hint = "Look there, and a line above: at spaces, brackets and quotes."
             raise FricError(what, where=where, hint=hint) from None
 
@@ -184,7 +184,7 @@ def _described(error: ValidationError, tree: CommentedMap, path: Path, model: ty
     what, _, hint = message.partition("\n")
     schema = f"`fric schema {model.type}` lists the keys."
     if complaint["type"] == "extra_forbidden":
-        what, hint = "is not a key that is known here", near(place[-1], _keys(model.model_json_schema())) + schema
+        what, hint = "is not a known key here", near(place[-1], _keys(model.model_json_schema())) + schema
     elif complaint["type"] == "missing":
         what, hint = "is missing", schema
     elif complaint["type"] in {"model_type", "dict_type"}:

@@ -38,13 +38,13 @@ STIFFNESS_UNRESOLVED = Flaw("stiffness-unresolved", "wrong",
     "Log slower, or a finer encoder.", widens={"k": 1.0})
 FORCE_CLIPPED = Flaw("force-clipped", lambda f: "wrong" if f.sure else "doubt",
     "The force is clipped in {samples} samples{sure:: larger values are missing|, or varies within a step}.",
-    "Log with a larger range of the trace.", widens={"level": 0.1})
+    "Log again with a larger range.", widens={"level": 0.1})
 INPUT_CLIPPED = Flaw("input-clipped", lambda f: "wrong" if f.sure else "doubt",
     "The input is clipped in {samples} samples{sure:: what lies beyond is missing|, or varies within a step}.",
-    "Log with a larger range of the trace.")
+    "Log again with a larger range.")
 CLIPPED_UNUSED = Flaw("clipped-unused", "doubt",
     "The force is clipped in {counted}: {left_out:these records are left out|these samples are not compared}.",
-    "Log with a larger range of the trace.", widens={"level": 0.1})
+    "Log again with a larger range.", widens={"level": 0.1})
 FOREIGN_COMPENSATION = Flaw("foreign-compensation", "wrong",
     "The control compensates friction, {when}: at {count} of {reversals} reversals it jumps {height} ahead.",
     "Switch its friction compensation off, and log again.", widens={"level": 0.1, "k": 1.0})

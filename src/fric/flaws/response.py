@@ -20,7 +20,7 @@ A_HOLDS_FRICTION = Flaw("A-holds-friction", lambda f: "note" if f.small else "do
     widens={"A": 0.3, "level": 0.05})
 A_HOLDS_VISCOUS = Flaw("A-holds-viscous", "note",
     "A includes the guideway's viscous friction over the moving mass, besides the drive's damping.",
-    word=("A", "sigma in it"))
+    word=("A", "sigma included"))
 VISCOUS_BY_DIRECTION = Flaw("viscous-by-direction", "doubt",
     "F_v is {forward} forwards and {backward} backwards: their mean holds for neither direction.",
     "Identify again with `direction='each'`.", widens={"A": 0.1})

@@ -67,7 +67,7 @@ DAMPING_TOO_LARGE = Flaw("damping-too-large", "wrong",
     widens={"A": 0.2, "level": 0.05})
 SIGMA_IN_A = Flaw("sigma-in-A", "note",
     "sigma is 0: the plant's damping, {damping}, includes viscous friction.",
-    word=("sigma", "in A"))
+    word=("sigma", "included in A"))
 ONE_SPEED = Flaw("one-speed", "doubt", "Only one speed was logged ({speed}): the friction there is given, and no map.",
     "Log strokes at ten speeds.")
 RECORDS_WITHOUT_STROKE = Flaw("records-without-stroke", lambda f: "doubt" if 4 * f.without > f.records else "note",

@@ -811,7 +811,7 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
         sure = 0.99 if kept[best][0] > 0.1 or data.said[best].quantity else 0.9
         sure *= float(kept[best][0] ** 2 / max(weights.sum(), 1e-300))
         others = {n: kept[n][1] for n in sorted(kept, key=lambda n: -kept[n][0])[:4] if n != best}
-        why = f"it goes with the sign of the velocity and the acceleration ({kept[best][0]:.2f})"
+        why = f"it follows the sign of the velocity and the acceleration (score {kept[best][0]:.2f})"
         roles[channel] = Role(channel, best, "", sure, 0.0, why, kept[best][1], others)
     if "force" not in roles and "input" in roles and not data.said[roles["input"].column or 0].unit:
         roles["force"] = replace(roles.pop("input"), channel="force")  # what is put in, in a unit of the drive

@@ -17,6 +17,7 @@ from fric.drive.plant import Plant
 from fric.errors import FricError, found_in
 from fric.estimate import as_filed
 from fric.friction.stribeck import StaticMap
+from fric.input import other_kind
 from fric.plausibility import of_plant, settled
 from fric.results.base import Result, path_of
 from fric.simulate.machine import Machine
@@ -124,7 +125,7 @@ def _of_run(given: Any, scheme: str | None) -> list[Any]:
 
     if len(chosen := [run for run in runs if scheme in (None, run.scheme.name)]) != 1:
         names = " or ".join(f"`scheme='{run.scheme.name}'`" for run in runs)
-        raise FricError(f"the result holds {len(chosen)} circles, and one is asked for", hint=f"Say which: {names}.")
+        raise FricError(f"the result holds {len(chosen)} circles, and one is needed", hint=f"Say which: {names}.")
     return [measured_from_run(chosen[0])]
 
 
@@ -139,8 +140,12 @@ def machine_ran_on(circle: Any) -> Machine:
     """Return the machine that a run file was simulated on; raise if the circle does not name it or its file is gone."""
     from fric.circles.measured import MeasuredCircle
     from fric.io.circle import read_run_provenance  # with HDF5, which a table needs not
+    from fric.io.recognise import recognise
 
-    made = {} if isinstance(circle, MeasuredCircle) else read_run_provenance(path_of("a circle", circle))
+    path = None if isinstance(circle, MeasuredCircle) else path_of("a circle", circle)
+    if path is not None and (kind := recognise(path)) not in {"run/1", "circle/1"}:
+        raise other_kind(path, kind, "circle/1")
+    made = {} if path is None else read_run_provenance(path)
     origin = made.get("origin", {})
     if not origin.get("path"):
         raise FricError("the circle does not say on which machine it was run", hint="Name it with `machine=`.")

@@ -106,7 +106,7 @@ class Axis:
         if name := next((name for name, kind in kinds.items() if isinstance(known, kind)), ""):
             return replace(self, **{name: known})  # type: ignore[arg-type]
         hint = "Give a friction model, plant, cascade, observer, or a result; a file by read_machine."
-        raise FricError(f"the controller of axis {self.name} cannot believe a {type(given).__name__}", hint=hint)
+        raise FricError(f"axis {self.name} takes a result, model or plant, and no {type(given).__name__}", hint=hint)
 
     def lead(self, asked: Lead | None = None) -> float:
         """Return the lead of the feedforward of its controller [s], as requested or as it is set."""

@@ -465,7 +465,7 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
             "pre-sliding records do not determine it": not sliding_logged,
             "no static map is given": not fit.static_given,
             "the fit was not refined by replay": not fit.refined,
-            "the sliding record does not determine it to a factor of ten (is the plant that of the log?)": True,
+            "the sliding record leaves it open by more than a factor of ten (is the plant that of the log?)": True,
         }
         why = next(reason for reason, applies in reasons.items() if applies)
         C = Estimate(float(fit.C), si_unit("force rate", fit.motion))
