@@ -133,7 +133,7 @@ def test_a_bar_overwrites_nothing_and_is_gone_at_the_end(
 def test_auto_says_each_step_in_a_line_above_its_bar(auto: tuple[int, list[str], str]) -> None:
     status, shown, written = auto
     assert status == 0
-    assert "reading logs" in written, "the bar says which step it is at"
+    assert "reading file 1 of " in written, "the bar says which step it is at"
     lines = [line for line in shown if line]
     (step,) = (line for line in lines if line.startswith("x: static"))
     assert re.search(r"F_c \S+ N, F_s \S+ N.* s$", step), step

@@ -294,10 +294,12 @@ def test_a_machine_that_differs_from_its_circle_is_tuned_before_it_is_exported()
 
 @pytest.mark.parametrize(("predicted", "decided"), [(30 * UM, True), (44 * UM, False), (11 * UM, False)])
 def test_what_is_far_from_its_circle_decides_nothing(predicted: float, decided: bool) -> None:
-    """A controller with half the gains predicts twice the glitch, and a fit to the circle hides that in the friction."""
+    """With half the gains twice the glitch is predicted, and a fit to the circle hides that in the friction."""
     schemes = leaves("a", 20, 20 * LEVEL), leaves("c", 2, 2 + RNG.random(200))
     differs = NOT_AS_PREDICTED.found("c.h5", quadrant="+x", measured=20 * UM, predicted=predicted, cause="the level")
-    found = decide(evidence(*schemes, settled=(differs,), glitches=(predicted, 20 * UM), machine="m.yaml", circle="c.h5"))
+    found = decide(
+        evidence(*schemes, settled=(differs,), glitches=(predicted, 20 * UM), machine="m.yaml", circle="c.h5")
+    )
     assert (found.choice is not None) is decided
     assert found.trusted is decided
     assert any("export" in text for text in found.next) is decided

@@ -45,7 +45,6 @@ from fric.io.questions import MOST_QUESTIONS, Ask, Question, Review
 from fric.io.readers import tables
 from fric.notice import Notice, once
 from fric.output import folder_made
-from fric.process import tried as say_step
 from fric.report.summary import Report, make_report
 from fric.results.base import Piece, Result, Table, bounded, named
 from fric.results.given_models import machine_of
@@ -398,7 +397,6 @@ def auto(
     if given is not None:
         machine_of(given)  # refused before logs are read
     stated = Stated.of(controllers)
-    say_step("reading logs")
     questions = list[Question]()
 
     def put(question: Question) -> None:

@@ -36,6 +36,7 @@ from fric.io.words import axis_of_file
 from fric.log import Log, Record
 from fric.notice import Notice
 from fric.output import folder_made, written
+from fric.process import tried as say_step
 from fric.records.flaws import evened, two_encoders
 from fric.records.holding import holds, is_holding_map
 from fric.records.inspection import Inspection, TableInspection, excites, inspect, is_at_rest
@@ -135,7 +136,8 @@ def find_sources(
     letters = {path: letter for path in paths if (letter := axis_of_file(path))}
     if len(names := {*letters.values()}) == 1:
         letters = dict.fromkeys(paths, *names)  # a file that names none is of the axis that the others name
-    for path in paths:
+    for n, path in enumerate(paths, 1):
+        say_step(f"reading file {n} of {len(paths)}")
         kind = _own(path, asking)
         if kind in {"circle/1", "run/1"}:
             try:
@@ -203,6 +205,7 @@ def _guessed(
     spent: int,
 ) -> None:  # fmt: skip
     """Guess the meaning of files from their values; files that need no question leave the open ones."""
+    say_step(f"recognising the columns of {len(asking)} files")
     with ExitStack() as opened:
         guess = guessed(
             [path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None, refused=asking
