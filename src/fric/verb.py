@@ -264,6 +264,8 @@ class UnfitError(FricError):
 
     def __init__(self, wanted: str, given: Any) -> None:
         kind = type(given).__name__
+        if isinstance(given, list | tuple) and given:
+            kind += f" of {', '.join(sorted({type(item).__name__ for item in given}))}"
         what = "None" if given is None else f"{'an' if kind[0].lower() in 'aeiou' else 'a'} {kind}"
         super().__init__(f"takes {wanted}, and was given {what}")
 
