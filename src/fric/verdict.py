@@ -134,6 +134,7 @@ class Evidence:
     circle: str = "CIRCLE.h5"
     command: str = ""  # The command that simulated; empty where it is not known
     rotary: bool = False  # Whether all axes are rotary, which no circle is of
+    failed: str = ""  # Why the simulation failed; empty where it did not
     missing: tuple[str, ...] = ()  # What could not be made of logs, and the record that is missing for it
     # The largest glitch, predicted and measured, of the measured circle [m]; None without a circle
     glitches: tuple[float, float] | None = None
@@ -527,14 +528,14 @@ def nothing(evidence: Evidence) -> str:
         names = dict.fromkeys(re.split("[:,]", text)[0] for text in evidence.missing)
         return f"No scheme is recommended yet. Missing for a circle: {', '.join(names)}."
     if not evidence.candidates:
-        return "No scheme is recommended: nothing was simulated."
+        return f"No scheme is recommended: {evidence.failed or 'nothing was simulated.'}"
     return "No scheme is recommended: each scheme that was run has a reason against it."
 
 
 def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = None) -> Iterator[str]:
     """Yield the next commands, the most urgent first."""
     machine, circle = quote(evidence.machine), quote(evidence.circle)
-    if evidence.rotary:
+    if evidence.rotary or evidence.failed:
         return
     if evidence.designed:
         command = evidence.command if evidence.command.startswith("fric auto ") else "fric auto LOGS -o DIR"

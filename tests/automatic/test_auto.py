@@ -573,6 +573,20 @@ def test_a_report_that_fails_is_not_named_and_the_log_names_options(tmp_path):
     assert "Say --delay '1 ms'." in (tmp_path / "out/steps.log").read_text(encoding="utf-8")
 
 
+def test_a_loop_that_is_not_stable_leaves_the_page_of_what_was_identified(tmp_path):
+    """There was no page, one reason three times, and "nothing was simulated" with a file that there was not."""
+    gains = ["K_v=9000 1/s, K_p=54000 V*s/m, K_i=2700000 V/m"]
+    with undrawn():
+        found = fric.auto(*LOGS, output=tmp_path / "out", controllers=gains)
+    shown = str(found)
+    assert (tmp_path / "out/report.html").exists()
+    assert found.verdict.headline.startswith("No scheme is recommended: the loop of axis x is not stable")
+    assert found.verdict.next == ()
+    reasons = [text.split(": ", 1)[1] for text in shown.splitlines() if text.startswith("failed: ")]
+    assert len(reasons) == len(set(reasons)) >= 2
+    assert "MACHINE.yaml" not in shown
+
+
 def test_an_error_in_a_mapping_names_its_file_its_line_and_its_mend(tmp_path):
     """It named a log, and "line 3" of no file, with the mend of a log that lacks a channel."""
     (tmp_path / "logs").mkdir()

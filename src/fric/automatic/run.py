@@ -236,6 +236,7 @@ def _question(axis: str, motion: Motion, answer: list[dict[str, Any]]) -> Questi
     )
 
 
+WITHOUT = "report without circle"  # The step that makes the page where a circle or the machine prevents it
 MACHINES = 24  # Machines that are drawn from the intervals of what was identified
 
 
@@ -265,7 +266,8 @@ class AutoResult(Result, schema=AutoDocument):
             return inputs.verdict(inputs.tests[-1])
         lacks = (text for axis in self.axes.values() for text in axis.missing if not axis.whole)
         missing = tuple(text for text in lacks if text.partition(":")[0] not in SPARED)
-        return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary, missing=missing))
+        failed = next((text.partition(": ")[2] for text in self.failed if text.startswith("circle: ")), "")
+        return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary, missing=missing, failed=failed))
 
     def report(self) -> list[Piece]:
         """Return what was found and is missing of each axis, the verdict, and what failed."""
@@ -283,7 +285,7 @@ class AutoResult(Result, schema=AutoDocument):
         steps = f"{self.steps} step{'s' * (self.steps != 1)}"
         pieces += ["", f"{steps}: {counts}; what they printed: {self.folder / 'steps.log'}"]
         pieces += [f"failed: {text}" for text in self.failed]
-        made = self.page is not None and not any(text.startswith("report: ") for text in self.failed)
+        made = self.page is not None and not any(text.startswith(f"{WITHOUT}: ") for text in self.failed)
         return [*pieces, f"{self.folder / 'report.html'}"] if made else pieces
 
     def _doubts(self) -> list[str]:
@@ -451,13 +453,15 @@ def auto(
     session.expect(bool(pages))
     if pages:
         pages += [subject] if subject is not None else []
-        read = [*pages, *(path for axis in axes.values() for path in axis.logs)]
-        failed = [f"{name}: {failure}" for name, failure in session.failed.items()]
-        asked = {"circle": found.circles, "tolerance": None if allowed is None else f"{allowed!r} m", "failed": failed}
-        session.take(step("report", "report", read, asked, [*read, *found.circles], output=folder / "report.html"))
-        made = session.last if isinstance(session.last, Report) else None
-        if "report" in session.failed:  # by a circle, or the machine: what was identified stands without them
+        records = [path for axis in axes.values() for path in axis.logs]
+        for name in ("report", WITHOUT):  # what was identified can be shown without the circle and the machine
+            failed = [f"{of}: {failure}" for of, failure in session.failed.items()]
+            asked = {"circle": found.circles, "tolerance": allowed and f"{allowed!r} m", "failed": failed}
+            read = [*pages, *records]
+            if session.take(step(name, "report", read, asked, [*read, *found.circles], output=folder / "report.html")):
+                break
             pages, found.circles = [path for axis in axes.values() for path in axis.there], []
+        made = session.last if isinstance(session.last, Report) else None
         page = made or make_report(*pages, circles=found.circles, tolerance=allowed)
     session.close()
     described = list(once(found.description))

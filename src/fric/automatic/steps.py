@@ -259,7 +259,9 @@ class Session(Journal):
                 self.made += 1
                 self._tell(step, text, str(error), str(error))
                 return False
-            self.failed[step.name] = failure = as_options(str(error)).replace("\n", ". ")
+            failure = as_options(str(error)).replace("\n", ". ")
+            same = next((name for name, why in self.failed.items() if why == failure), None)
+            self.failed[step.name] = failure = f"for the same reason as {same}" if same else failure
             self.script.append(f"# failed: {' '.join(text.splitlines())}")
             self._tell(step, text, f"failed: {failure}", str(error))
             return False

@@ -219,7 +219,7 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
     parts += [f"{risen:.0%} more force per volt"] if risen else []
     part = f"with {' and '.join(parts)} " if parts else ""
     gain = next((gain for gain in GAINS if replace(loop, plant=replace(plant, B=plant.B * gain)).stable), None)
-    margin = f"its gain margin is {20 * log10(gain):.1f} dB" if gain else "at no gain"
+    margin = f"its gain margin is {20 * log10(gain):.1f} dB" if gain else "no gain makes it so"
     what = f"the loop of axis {axis.name} {part}is not stable: {margin} (largest eigenvalue {largest:.4f} a sample)"
     hint = "Lower the gains or the observer's cutoff; fric design finds values that hold."
     if not gain and (bandwidth := axis.cascade.K_p * plant.B) < axis.cascade.K_v:
