@@ -111,7 +111,7 @@ columns:
         ("columns:\n  position: {column: 1, unit: blub}", 3, "'blub' is not a unit", "converts to m"),
         ("motion: rotary\ncolumns:\n  position: {column: 1, unit: count}", 4, "what angle it is", "scale"),
         ("format: {decimal: ';'}\ncolumns: {}", 2, "it should be", ""),
-        ("colums: {}", 2, "not a key that is known", "fric schema mapping"),
+        ("colums: {}", 2, "not a known key", "fric schema mapping"),
     ],
 )
 def test_a_mapping_that_does_not_fit(tmp_path, text, line, told, hint):

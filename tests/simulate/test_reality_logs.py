@@ -205,7 +205,7 @@ def test_a_sparse_multisine_has_the_lines_of_the_machine_and_a_setting_stands_ov
     ("given", "told"),
     [
         ("force: {lag: 2 N}", "reality.force.lag"),
-        ("force: {delay: 1 ms}", "not a key"),
+        ("force: {delay: 1 ms}", "not a known key"),
         ("clock: {lost: 120 %}", "lost of clock is 1.2"),
         ("waves: [{amplitude: 60 %, pitch: 3 mm}, {amplitude: 50 %, pitch: 4 mm}]", "together reach 1"),
         ("cogging: [{force: 3 N, pitch: 0 mm}]", "pitch of cogging is 0"),
