@@ -348,7 +348,7 @@ def decide(evidence: Evidence) -> Verdict:
     given["unmodelled"] = evidence.unmodelled
     given["now"] = now = glitch_now(without, evidence) if (without := bare(evidence.candidates)) else ""
     if evidence.disagreements or evidence.far or not usable:
-        why += tuple(evidence.far)
+        why += tuple(evidence.far[:1])
         then = tuple(steps(evidence, None))
         return Verdict(choice=None, headline=nothing(evidence), why=why, effort=said, next=then, kept=kept, **given)
     chosen = _choose(usable, evidence)

@@ -437,6 +437,8 @@ def _next_step(inputs: ReportInput) -> str:
     """Name what is missing for advice, if there is no run."""
     if inputs.tests:
         return ""
+    if any(text.startswith("circle: ") for text in inputs.failed):
+        return "The glitch under each compensation is not known: a circle could not be simulated."
     frictions = [item for item in inputs.items if item.kind == "friction"]
     if not frictions and any((item.tree.get("fit") or {}).get("parameters") for item in inputs.items):
         return (
