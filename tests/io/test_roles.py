@@ -18,11 +18,12 @@ from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
 from fric.io.propose import NO_SCALE, guessed, guesses, mapping_text, proposal
 from fric.io.questions import Question, answered
-from fric.io.readers import tables
+from fric.io.readers import matlab, tables
 from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
 from fric.io.words import Spoken, spoken, tags, usual_units
 from fric.output import written
+from fric.process import run_python
 from fric.units import rotates
 from tests.chance import fewest
 from tests.io.judge import judged
@@ -723,3 +724,25 @@ def test_folders_and_files_name_an_axis_that_headers_do_not(tmp_path, places, ax
     if len(set(axes)) == 1:
         files = [tmp_path / place for place in places]
         assert fric.ingest(*files, output=tmp_path / "log.h5").done.axis == axes[0]
+
+
+def test_each_mat_file_of_a_folder_is_read_once_until_it_changes(tmp_path, monkeypatch):
+    """Each opening took a process of its own, and 23 files took three minutes."""
+    started = []
+
+    def counted(*words):
+        started.append(words[1])
+        return run_python(*words)
+
+    monkeypatch.setattr(matlab, "run_python", counted)
+    time = np.arange(400) / 100.0
+    for n in range(4):
+        savemat(tmp_path / f"{n}.mat", {"time_s": time, "x_pos_mm": (n + 1) * np.sin(time), "x_force_N": np.cos(time)})
+    with ExitStack() as files:
+        for _ in range(3):
+            guesses(sorted(tmp_path.glob("*.mat")), files)
+    assert sorted(started) == sorted(map(str, tmp_path.glob("*.mat")))
+    savemat(tmp_path / "0.mat", {"time_s": time, "x_pos_mm": 9.0 * np.sin(time), "x_force_N": np.ones(400)})
+    with closing(tables(tmp_path / "0.mat")) as found:
+        (block,) = next(found).read([1])
+    assert block.columns[0].max() == pytest.approx(9.0, rel=1e-3)

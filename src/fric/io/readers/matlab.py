@@ -71,9 +71,8 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     with path.open("rb") as file:
         new = file.read(len(_V73)) == _V73
     if not new:
-        _refuse_large(path)
-        about = path.stat()
-        yield from tables_of(path, _load(path, about.st_mtime_ns, about.st_size))
+        kept, about = (_KEPT if _unpacked(path) < KEPT else _load), path.stat()
+        yield from tables_of(path, kept(path, about.st_mtime_ns, about.st_size))
         return
     with open_file(path, "is not a complete MATLAB file (cut short?)", "Save it again.", most=sys.maxsize) as source:
         yield from tables_in(path, source)
@@ -86,8 +85,8 @@ def tables_in(path: Path, source: h5py.File) -> Iterator[ForeignTable]:
     yield from tables_of(path, {_with_unit(name, node): _tree(node, source, left) for name, node in nodes})
 
 
-def _refuse_large(path: Path) -> None:
-    """Raise where the variables of a MATLAB 5 file say that they unpack to more than `MOST_UNPACKED`."""
+def _unpacked(path: Path) -> int:
+    """Return to what the variables of a MATLAB 5 file say that they unpack [byte], at most `MOST_UNPACKED`."""
     with path.open("rb") as file:
         order = "<" if (head := file.read(128))[126:] == b"IM" else ">"
         declared = 0
@@ -104,6 +103,7 @@ def _refuse_large(path: Path) -> None:
     if declared > MOST_UNPACKED:
         what = f"unpacks to {declared / 1e6:.0f} MB, and {MOST_UNPACKED / 1e6:.0f} MB are read at most"
         raise FricError(what, hint="Save it with -v7.3, or only what is needed of it.")
+    return declared
 
 
 @lru_cache(maxsize=2)
@@ -120,6 +120,10 @@ def _load(path: Path, changed: int, size: int) -> dict[str, Any]:
     if isinstance(found, str):
         raise FricError(f"is not a complete MATLAB file ({found})", hint="Save it again, with -v7 or -v7.3.")
     return {name: value for name, value in found.items() if not name.startswith("__")}
+
+
+KEPT = 4_000_000  # Size unpacked [byte] of the files that are kept, a folder of which is read several times
+_KEPT = lru_cache(maxsize=64)(_load.__wrapped__)
 
 
 class _Values(pickle.Unpickler):
