@@ -202,10 +202,11 @@ def moving_mass(section: Mapping[str, Estimate | Mapping[str, Any]]) -> dict[str
     The errors of the two are taken as independent.
     """
     known = dict(elements({name: section[name] for name in ("K_f", "B") if name in section}))
-    if len(known) < 2 or not known["K_f"].unit.startswith("N") or not all(entry.half_width for entry in known.values()):
+    seen = [entry for entry in known.values() if entry.half_width and float(entry) > 0.0]
+    if len(seen) < 2 or not known["K_f"].unit.startswith("N"):
         return {}
     mass = float(known["K_f"]) / float(known["B"])
-    width = mass * hypot(*(entry.half_width / float(entry) for entry in known.values()))
+    width = mass * hypot(*(entry.half_width / float(entry) for entry in seen))
     unit = "kg·m²" if known["B"].unit.startswith("rad") else "kg"
     return {"K_f/B": Estimate(mass, unit, (mass - width, mass + width) if width < inf else None)}
 

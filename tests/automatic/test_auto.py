@@ -785,6 +785,10 @@ def test_stated_gains_are_held_against_the_voltage_of_logs(K_p, K_i, codes, tmp_
     session = Session(tmp_path, Step.make, lambda _: None)
     path = find_gains(session, found, found.logs, Stated.of([text]), None, needed=True)
     assert [warning["code"] for warning in plain(read_tree(path)).get("warnings_coded", [])] == codes
+    (tmp_path / "given.yaml").write_text(CONTROLLER.replace("130.9", str(K_p)).replace("4091", str(K_i)))
+    path = find_gains(session, found, found.logs, Stated.of([tmp_path / "given.yaml"]), None, needed=True)
+    assert path.name == ("gains.yaml" if codes else "given.yaml")
+    assert [warning["code"] for warning in plain(read_tree(path)).get("warnings_coded", [])] == codes
 
 
 def test_a_compensation_in_the_voltage_of_a_circle_is_no_gain(tmp_path):

@@ -135,7 +135,7 @@ def find_gains(
     of_logs = made.with_stem("controller-of-logs")
     file, text = stated.files.get(axis) or found.controllers.get(axis), stated.texts.get(axis, stated.texts.get(""))
     if file or text is not None:
-        known = read_tree(file) if file else gains_of(text or "", axis, motion)
+        known = plain(read_tree(file)) if file else gains_of(text or "", axis, motion)
         closed = step(f"{axis}: gains of logs", "identify controller", driven, {"axis": axis}, output=of_logs)
         against = _against(known, of_logs) if driven and session.take(closed, tried=True) else []
         if file and not against:
