@@ -18,7 +18,7 @@ from fric.friction.directed import directed
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.replay.replay_fit import ReplayFit, fitted_model, identify_by_replay, record_notices
 from fric.notice import Notice
-from fric.process import one_blas_thread
+from fric.process import one_blas_thread, tried
 from fric.records.prepared import Prepared
 from fric.search import ranked
 from fric.statistics import rms
@@ -163,6 +163,7 @@ def compare_models(
         raise FricError("there is no sample to score", where=records[0].log.where, hint=hint)
     scores = []
     for name in [fitted_model(name).name for name in names]:  # each is known before any is fitted
+        tried(name)
         fitting = partial(identify_by_replay, name, static=static, negative=negative, blocks=blocks, seed=seed)
         scores.append(_scored(name, fitting, records, splits, near))
         advance()
