@@ -573,6 +573,23 @@ def test_a_report_that_fails_is_not_named_and_the_log_names_options(tmp_path):
     assert "Say --delay '1 ms'." in (tmp_path / "out/steps.log").read_text(encoding="utf-8")
 
 
+def test_logs_that_are_open_are_asked_for_though_a_circle_is_not(tmp_path):
+    """A machine was made of the circle alone, and 22 of 23 files were left out in a warning at the end."""
+    test = read_circles(DATA / "circle.h5")[0]
+    rows = [test.axes["x"].time[::4]]
+    rows += [
+        values[::4] for axis in test.axes.values() for values in (1e3 * axis.reference, 1e3 * axis.position, axis.input)
+    ]
+    header = "t [s],x_ref [mm],x_pos [mm],x_u [V],y_ref [mm],y_pos [mm],y_u [V]"
+    np.savetxt(tmp_path / "circle.csv", np.column_stack(rows), "%.6f", ",", header=header, comments="")
+    for stroke in sorted((ROOT / "data/strokes").glob("*.csv"))[:5]:
+        text = stroke.read_text().splitlines()
+        (tmp_path / stroke.name).write_text("\n".join(["t,x,F", *text[1:]]))
+    with pytest.raises(FricError, match="5 files do not say what their columns are") as refused:
+        fric.auto(tmp_path, output=tmp_path.parent / "out")
+    assert "fric: mapping/1" in refused.value.form
+
+
 def test_a_loop_that_is_not_stable_leaves_the_page_of_what_was_identified(tmp_path):
     """There was no page, one reason three times, and "nothing was simulated" with a file that there was not."""
     gains = ["K_v=9000 1/s, K_p=54000 V*s/m, K_i=2700000 V/m"]

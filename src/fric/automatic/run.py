@@ -415,7 +415,8 @@ def auto(
     found.circles, found.traces = [*found.circles, *tests.circles], found.traces | tests.traces
     found.description += tests.description
     nothing = not (found.logs or found.traces or (found.circles and given))  # a circle alone shows no friction
-    if nothing and found.open.found:
+    beside = [log for log in found.logs if log.path not in found.traces]
+    if found.open.found and (nothing or not (beside or given)):  # a circle alone is no machine: its logs are asked for
         raise found.open.error()
     if nothing:
         raise _none_found(found, logs)
