@@ -151,7 +151,8 @@ def _checked(function: Callable[P, R], called: str) -> Callable[P, R]:
         try:
             made = function(*bound.args, **bound.kwargs)
         except UnfitError as error:
-            raise FricError(f"{called} {error.what}") from None
+            later = (f"takes {name} as" for name, given in [*bound.arguments.items()][1:] if given is error.given)
+            raise FricError(f"{called} {error.what.replace('takes', next(later, 'takes'), 1)}") from None
         except OSError as error:
             raise of_path(error) from None
         if "fric.cli" not in sys.modules:
@@ -268,6 +269,7 @@ class UnfitError(FricError):
             kind += f" of {', '.join(sorted({type(item).__name__ for item in given}))}"
         what = "None" if given is None else f"{'an' if kind[0].lower() in 'aeiou' else 'a'} {kind}"
         super().__init__(f"takes {wanted}, and was given {what}")
+        self.given = given
 
 
 def refused(name: str, wanted: str, given: Any) -> FricError:

@@ -141,6 +141,7 @@ def test_a_machine_believes_models_plants_and_designs(plant):
         (lambda r: fric.identify_gms(SINES, blocks="six"), "'six' is not a number of blocks"),
         (lambda r: fric.identify_model("lugr", SINES), "no friction model 'lugr'.*"),
         (lambda r: fric.compare(SINES, models="lugr"), "no friction model 'lugr'"),
+        (lambda r: fric.identify_static(STROKES, plant=3), "takes plant as a plant file, or a result"),
         (lambda r: fric.circle(r), "circle takes a machine, or its file, and was given a StaticResult"),
         (lambda r: fric.circle("xy-tabel"), "Is it xy-table, which comes with fric"),
         (lambda r: fric.circle("xy-table", 3), "takes names of schemes"),
