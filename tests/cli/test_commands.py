@@ -98,7 +98,7 @@ def test_a_controller_of_no_rate_is_told(tmp_path):
 
 
 def test_a_path_of_a_wrong_type_ends_in_a_sentence():
-    with pytest.raises(FricError, match="path takes points, or their file, and was given an int"):
+    with pytest.raises(FricError, match="path takes points as points, or their file, and was given an int"):
         fric.path("xy-table", 3)
 
 

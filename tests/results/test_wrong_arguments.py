@@ -47,7 +47,7 @@ FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
     (lambda: fric.Estimate(1.0, "N", source=np.zeros(2)), "takes source as a text, and was given a ndarray"),
     (lambda: fric.Estimate(1.0, "N", fixed=np.zeros(2)), "takes fixed as True or False, and was given a ndarray"),
     (lambda: fric.read_machine("x" * 5000), "File name too long\nGive a shorter path"),
-    (lambda: fric.ingest("log.csv", output="o.h5", mapping=0.001), "takes a mapping.*given a float"),
+    (lambda: fric.ingest("log.csv", output="o.h5", mapping=0.001), "takes mapping as a mapping.*given a float"),
     (lambda: fric.circle("xy-table", "all", known={}), "there is no scheme to run"),
     (lambda: fric.circle("xy-table", []), "`schemes=` of circle is empty"),
     (lambda: fric.circle(), "needs machine"),
