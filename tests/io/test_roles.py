@@ -746,3 +746,13 @@ def test_each_mat_file_of_a_folder_is_read_once_until_it_changes(tmp_path, monke
     with closing(tables(tmp_path / "0.mat")) as found:
         (block,) = next(found).read([1])
     assert block.columns[0].max() == pytest.approx(9.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("header", ["t_ms;s_act_mm;F_N", "time/ms;position/mm;force/N", "zeit_ms;weg_mm;kraft_N"])
+def test_newtons_behind_a_name_are_newtons(tmp_path, header):
+    """F_N is a normal force in a tribometer's log; beside a motion that it follows it is a force [N], and no count."""
+    a = axis_of_a_drive()
+    path = write(tmp_path / "a.csv", header, 1e3 * a["t"], 20.0 * a["position"], 50.0 * a["current"])
+    with ExitStack() as files:
+        (guess,) = guessed([path], files).found
+    assert (guess.axis.roles["force"].unit, guess.axis.motion, guess.open) == ("N", "linear", {})

@@ -1,10 +1,13 @@
 """An observer without a measured response: no bandwidth is recommended, what is assumed is marked."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import fric
 from fric.documents.plant import PlantDocument
+from fric.io.hdf5 import write_logs
 from fric.log import FrequencyResponse
 
 
@@ -59,6 +62,22 @@ def test_a_controller_that_fric_took_by_itself_is_not_blamed_on_the_user():
         with pytest.raises(fric.FricError, match="without any observer") as refused:
             fric.design_observer(plant(), controller=given, peak_sensitivity="2 dB")
         assert ("no controller was given" in refused.value.hint.lower()) is blamed
+
+
+def test_the_response_is_found_among_all_records_and_if_its_samples_are_uneven(tmp_path):
+    """Of a file of all records, whose kinds nobody stated, there were "0 records"; a lost sample ended the design."""
+    (stroke, *_), (response,) = fric.read("data/constant-velocity.h5"), fric.read("data/frequency-response.h5")
+    lost = np.delete(np.arange(len(response)), np.arange(500, len(response), 997))
+    channels = {name: values[lost] for name, values in response.channels().items()}
+    uneven = replace(response, kind=None, **channels)
+    write_logs(tmp_path / "all.h5", [replace(stroke, kind=None), uneven])
+    identified = fric.identify_plant("data/frequency-response.h5")
+    known = fric.read_machine("virtual-rig").axis("x").cascade
+    whole, found = (
+        fric.design_observer(identified, log, controller=known).document["cutoff"]["value"]
+        for log in ("data/frequency-response.h5", tmp_path / "all.h5")
+    )
+    assert found == pytest.approx(whole, rel=0.05)
 
 
 @pytest.mark.long(3)
