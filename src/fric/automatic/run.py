@@ -180,7 +180,7 @@ def find_gains(
     return None
 
 
-APART = 1.25  # Ratio of stated gains to those of the logs from which they are not the same
+APART = 1.25  # Ratio of a stated K_p to the interval of the logs from which it is another
 EXACT = 1.05  # Largest ratio of the limits of K_p of a circle that no log is held against
 
 
@@ -199,16 +199,13 @@ def _are_known(file: Path, most: float) -> bool:
 
 
 def _against(stated: Mapping[str, Any], file: Path) -> list[dict[str, Any]]:
-    """Return the notice that stated gains are not those that logs show, by K_p and K_v·K_i: both orders share these."""
+    """Return the notice that a stated K_p is not what the voltage of logs shows; K_v and K_i may be exchanged."""
     known, found = ControllerDocument.model_validate(stated), read_document(file, ControllerDocument)
-    (mine, shown), unit = (each.in_si(found.motion) for each in (known, found)), si_unit(GAINS["K_p"], found.motion)
-    if known.motion != found.motion or not shown.K_i or _spread(file, "K_p") > APART:
+    K_p, (low, high) = known.in_si(known.motion).K_p, getattr(found, "K_p").ci95 or (0.0, inf)  # noqa: B009
+    if known.motion != found.motion or low / APART < K_p < high * APART:
         return []
-    ratios = mine.K_p / shown.K_p, mine.K_v * mine.K_i / (shown.K_v * shown.K_i)
-    if all(1.0 / APART < ratio < APART for ratio in ratios):
-        return []
-    how = f"The stated gains are not those of the logs: K_p is {mine.K_p:.4g} {unit}, and their voltage shows "
-    how += f"{shown.K_p:.4g} {unit}"
+    shows = f"K_p is {K_p:.4g} {si_unit(GAINS['K_p'], found.motion)}, and their voltage shows {low:.4g} to {high:.4g}"
+    how = f"The stated gains are not those of the logs: {shows}"
     return [CONTROLLER_DIFFERS.found(f"axis {found.axis}", how=how, friction=False).as_dict()]
 
 

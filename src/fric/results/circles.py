@@ -107,7 +107,7 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
         seen = sorted(((abs(size), what) for what, size, half in parts if abs(size) > half), reverse=True)
         total = sum(size for size, _ in seen)
         unseen = [what for what, size, half in parts if abs(size) <= half]
-        title = "Causes of the deviation" + (f" (none of {', '.join(unseen)})" if unseen else "")
+        title = "Causes of the deviation" + (f" (not found: {', '.join(unseen)})" if unseen else "")
         rows = [[what, f"{1e6 * size:.1f}", f"{size / total:.0%}"] for size, what in seen]
         return Table(["cause", "µm", "share"], rows, title)
 
