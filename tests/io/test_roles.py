@@ -756,3 +756,13 @@ def test_newtons_behind_a_name_are_newtons(tmp_path, header):
     with ExitStack() as files:
         (guess,) = guessed([path], files).found
     assert (guess.axis.roles["force"].unit, guess.axis.motion, guess.open) == ("N", "linear", {})
+
+
+@pytest.mark.parametrize(("folder", "axis"), [("y-axis", "y"), ("Z", "z"), ("strokes", "x"), ("v", "v"), ("a", "x")])
+def test_a_folder_names_the_axis_of_columns_that_are_guessed(tmp_path, folder, axis):
+    a = axis_of_a_drive()
+    (tmp_path / folder).mkdir()
+    path = write(tmp_path / folder / "v+0.20.csv", "t;pos;F_N", a["t"], 20.0 * a["position"], 50.0 * a["current"])
+    with ExitStack() as files:
+        (guess,) = guessed([path], files, assume=True).found
+    assert guess.axis.name == axis

@@ -292,9 +292,10 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
     """Return a guess with the name of its axis: from columns or files, else x."""
     name = guess.table.said.get("axis") or axis_of(*(bare(guess.table.columns[n]) for n in guess.axis.columns))
     if name is None and alone:
-        name = axis_of(*(path.name.split(".")[0] for path in guess.files)) or axis_of(
-            *(f"axis {path.parent.name}" for path in guess.files)
+        stems, folders = zip(
+            *((path.name.split(".")[0], f"axis {path.parent.name}") for path in guess.files), strict=True
         )
+        name = axis_of_file(guess.files[0]) or axis_of(*stems) or axis_of(*folders)
         turns = rotates(guess.axis.motion) and guess.axis.motion_likelihood >= SURE
         name = None if name in {*"abc"} and not turns else name  # it is of runs
     elif name is None:
