@@ -466,8 +466,8 @@ def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) 
         other = min(more, key=lambda candidate: candidate.stays_under)
         if surely_less(other, chosen, evidence.resolution):
             low, high = difference(chosen, other)
-            gain = f"{_between(low, high)} less than ({chosen.scheme.name})"
-            yield f"{_asks(other, 'more')} ({gain}): not worth the effort."
+            gain = f"{_between(low, high)} less than ({chosen.scheme.name}): not worth the effort."
+            yield f"{_asks(other, 'more')}, {gain}"
         elif other.stays_under < chosen.stays_under:
             yield f"{other.named} takes more effort and is not surely better."
 
