@@ -26,7 +26,7 @@ from fric.io.circle import FORMAT, read_circles, write_circles
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ClockCheck, IngestedCircles, Progress, WholeRows, digest_of, ingest
 from fric.io.readers import tables
-from fric.io.readers.base import Column, ForeignTable
+from fric.io.readers.base import Column, ForeignTable, plain_name
 from fric.io.words import bare, says_something, spoken
 from fric.log import Log
 from fric.notice import Notice
@@ -114,7 +114,7 @@ def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
 
 def _axis_of(column: Column) -> tuple[str, str]:
     """Return the axis in a name, which may run on as in ``xref``, and the rest; no axis where there is none."""
-    words = [word for word in re.split(r"[^0-9a-zµ]+", column.name.casefold()) if word and word not in SILENT]
+    words = [word for word in re.split(r"[\W_]+", plain_name(column.name)) if word and word not in SILENT]
     if len(words) == 1 and len(word := words[0]) > 1:
         ends = ((word[0], word[1:]), (word[-1], word[:-1]))
         words = next(([*end] for end in ends if end[0] in AXES and (end[1] in SILENT or says_something(end[1]))), words)

@@ -34,6 +34,7 @@ from fric.io.words import (
     looking_like,
     measures,
     named_as,
+    of_axis,
     spoken,
     tags,
 )
@@ -215,10 +216,15 @@ def guesses(
 
 def _agree(found: Sequence[Guess]) -> None:
     """Take what some files of a folder show for those whose columns have the same names: inputs, units of positions."""
-    inputs = {g.plain(g.axis.roles["input"].column): g.axis.roles["input"] for g in found if "input" in g.axis.roles}
+    driven = ((g, g.axis.roles["input"]) for g in found if "input" in g.axis.roles)
+    inputs = {g.plain(role.column): role for g, role in driven if role.unit_likelihood >= SURE}
     for guess in found:  # u_x beside files with F and u, though alone it may be logged in place of a force
         roles = guess.axis.roles
-        if (force := roles.get("force")) and force.unit != "A" and (of := inputs.get(guess.plain(force.column))):
+        force = roles.get("force")
+        means = force and of_axis(guess.table.columns[force.column or 0], guess.axis.name).means
+        of = inputs.get(guess.plain(force.column)) if force and force.unit != "A" else None
+        of = next(iter(inputs.values())) if means == "input" and len(inputs) == 1 else of  # x_u beside u_ctrl
+        if force and of:
             roles["input"] = replace(of, column=force.column, sign=force.sign, others=force.others)
             del roles["force"]
             guess.axis.motion = "rotary" if rotates(guess.axis.motion) else "linear"
@@ -238,8 +244,10 @@ def _take_over(guess: Guess, alike: Sequence[Guess]) -> None:
         for channel, role in other.axis.roles.items():
             sure = role.column is not None and min(role.likelihood, role.unit_likelihood) >= SURE
             column = other.table.columns[role.column or 0]
-            n = columns.index(column) if sure and column in columns and channel not in guess.axis.roles else None
-            if n is not None and n not in guess.axis.columns:
+            n = columns.index(column) if sure and column in columns else None
+            held = guess.axis.roles.get(channel)
+            lacks = n not in guess.axis.columns if held is None else held.column == n and held.unit_likelihood < SURE
+            if n is not None and lacks:
                 why = f"as in {other.files[0].name}"
                 guess.axis.roles[channel] = replace(role, column=n, why=why, others={}, turn=0.0)
 

@@ -808,7 +808,8 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
             n in twins or np.allclose(data.x[:, n], data.x[:, best])
         )}  # fmt: skip
         weights = np.array([pair[0] ** 2 for pair in kept.values()])
-        sure = 0.99 if kept[best][0] > 0.1 or data.said[best].quantity else 0.9
+        clear = kept[best][0] > 0.1 or data.said[best].quantity or data.columns[best].name.endswith("_N")
+        sure = 0.99 if clear else 0.9
         sure *= float(kept[best][0] ** 2 / max(weights.sum(), 1e-300))
         others = {n: kept[n][1] for n in sorted(kept, key=lambda n: -kept[n][0])[:4] if n != best}
         why = f"it follows the sign of the velocity and the acceleration (score {kept[best][0]:.2f})"

@@ -161,7 +161,8 @@ def spoken(column: Column) -> Spoken:
     elif unit and quantity != by_unit and by_name not in {"error", "other", "row"}:
         unit = None
     if by_name == "time" and by_unit in {None, "time"}:
-        quantity, unit = "time", unit or next((size for word, size in CLOCKS.items() if word in name.split()), None)
+        last = _words(re.split(r"\.(?=\w)", path)[-1]).split()  # ms.time is of a multisine
+        quantity, unit = "time", unit or next((size for word, size in CLOCKS.items() if word in last), None)
     moves = TURNS if turns else motions_in(name)
     return Spoken(quantity, unit, commanded, measured, moves, _has(name, SHOWS["at_load"]), means)
 

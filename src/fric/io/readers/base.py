@@ -315,8 +315,8 @@ def whole_stamps(columns: Sequence[Column], values: Callable[[int], Any], wanted
 
 
 def plain_name(name: str) -> str:
-    """Return a name without its unit, in small letters, with single spaces."""
-    return " ".join(named(name).name.casefold().split())
+    """Return a name without its unit, in small letters, with single spaces; ``X軸`` is x."""
+    return " ".join(re.sub("[軸轴축]", " ", named(name).name.casefold()).split())
 
 
 def numbers(values: Any) -> "Real":

@@ -201,8 +201,13 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
     """Yield the tables of variables: one, or one a record where structs, cells or matrices have the same columns."""
     columns: dict[str, Any] = {}
     constants: dict[str, str] = {}
+    apart: dict[str, dict[str, Any]] = {}
     for name, value in _titled(variables).items():
         _take_apart(name, value, columns, constants)
+        _take_apart(name, value, apart.setdefault(name, {}), {})
+    if max(Counter(key for of in apart.values() for key in of if key != "time").values(), default=0) > 1:
+        keys = ((name, key, values) for name, of in apart.items() for key, values in of.items())
+        columns = {key if f"{key}.".startswith(f"{name}.") else f"{name}.{key}": of for name, key, of in keys}
     if not columns:
         hint = "Objects such as timeseries and timetable are not read: save their arrays."
         raise FricError("holds no vector of numbers", hint=hint)
