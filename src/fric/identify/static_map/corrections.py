@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.special import chdtrc, stdtrit
 
-from fric.arrays import Real
+from fric.arrays import Mask, Real
 from fric.estimate import Estimate
 from fric.flaws.base import SMALL
 from fric.flaws.channel import FORCE_COARSE
@@ -23,7 +23,7 @@ from fric.identify.static_map.map_fit import FEWEST, predicts_better, solved, we
 from fric.identify.static_map.points import Correction, SpeedPoint, Strokes, average, force_step, logs_of_strokes
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
-from fric.records.over_strokes import PLACES, along_axis, over_place
+from fric.records.over_strokes import PLACES, SURE, along_axis, over_place
 from fric.records.preparation import WINDOWS
 from fric.statistics import DIFFERENT, OF_TWO, mixed_model, reach, sandwich
 
@@ -216,6 +216,55 @@ class Profile:
                 point, force=point.force - float(size), standard_error=error, over_position=float(size)
             )
         return found
+
+
+CELLS, LONG = 512, 16  # Cells of the travel for what is left over position, and cells of a stroke that shows it
+
+
+def one_place(strokes: Strokes) -> Correction | None:
+    """Allow for forces over position that `place` leaves: all slow strokes may be at one place of them.
+
+    As in `Profile`, strokes share c + w in one direction and c - w in the other, and differ in their noise. So the mean
+    product of the residuals of two long strokes, at places that are h apart, is the covariance γ(h) of what they share;
+    the means of strokes i and k, whose shares of the places are p_i and p_k, have the covariance p_i·γ·p_k. If the
+    directions do not meet, either may be all of it.
+    """
+    stretches = strokes.stretches.with_position
+    if strokes.asked.over_position == "off" or not stretches or any(point.over_position for point in strokes.points):
+        return None
+    cut = [(log.require("position", "it")[s.start : s.stop], log.require("force", "it")[s.start : s.stop])
+           for log, s in stretches.values()]  # fmt: skip
+    edges = np.linspace(min(z.min() for z, _ in cut), max(z.max() for z, _ in cut), CELLS + 1)
+    rest, seen = np.zeros((2, len(cut), CELLS))
+    shares = np.zeros((len(strokes.points), CELLS))
+    for n, (number, (z, F)) in enumerate(zip(stretches, cut, strict=True)):
+        cell = np.clip(np.digitize(z, edges) - 1, 0, CELLS - 1)
+        count = np.bincount(cell, minlength=CELLS)
+        shares[number] = count / count.sum()
+        if len(there := np.flatnonzero(count)) >= LONG:
+            mean = np.bincount(cell, F, CELLS)[there] / count[there]
+            rest[n, there], seen[n, there] = mean - np.polyval(np.polyfit(there, mean, 1), there), 1.0
+    ahead = np.array([strokes.points[number].velocity > 0.0 for number in stretches])
+    back, zero = ~ahead, CELLS - 1
+    same, alike, noise = (_lagged(x, ahead, ahead) + _lagged(x, back, back) for x in (rest, seen, rest**2))
+    if same[zero] <= SURE * (2.0 * noise[zero]) ** 0.5:
+        return None
+    across, meet = (_lagged(x, ahead, back) + _lagged(x, back, ahead) for x in (rest, seen))
+    gamma, other = same / np.maximum(alike, 1.0), across / np.maximum(meet, 1.0)
+    known = meet[zero] > 0.5 * alike[zero]
+    apart = zero + np.subtract.outer(np.arange(CELLS), np.arange(CELLS))
+    together = []
+    for sign, size in ((1.0, 1.0), (-1.0, strokes.force / strokes.size)):  # forces, and friction, over position
+        shared = 0.5 * (gamma + sign * other) if known else gamma
+        values, vectors = np.linalg.eigh(shares @ shared[apart] @ shares.T)
+        together.append(1.96 * (vectors * np.sqrt(np.maximum(values, 0.0))).T * size)
+    return Correction(together=np.vstack(together))
+
+
+def _lagged(x: Real, some: Mask, others: Mask) -> Real:
+    """Return the sum of the products at all lags of rows of x, of two different strokes each, shape (2·n - 1,)."""
+    found = np.correlate(x[some].sum(axis=0), x[others].sum(axis=0), "full")
+    return np.asarray(found - sum(np.correlate(row, row, "full") for row in x[some & others]))
 
 
 BATCHES, SAMPLES = 96, 24  # Number of batches of a stroke, and its least number of samples
@@ -442,7 +491,8 @@ AT_ANY_SPEED: Mapping[str, Look] = {"slope": slope, "swing": swing, "rounding": 
 """Corrections for any number of speeds."""
 
 OF_A_MAP: Mapping[str, Look] = {
-    "damping": damping, "settling": settling, "place": place, "between records": between_records,
+    "damping": damping, "settling": settling, "place": place, "one place": one_place,
+    "between records": between_records,
 }  # fmt: skip
 """Further corrections before a map is fitted."""
 
