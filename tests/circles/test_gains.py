@@ -398,6 +398,20 @@ def test_a_lag_by_friction_is_no_missing_feedforward(scale: float, along: str) -
     assert low < 55.0 < high
 
 
+@pytest.mark.parametrize("scale", [1.0, 1.3])
+def test_gains_of_a_slower_log_hold_what_happens_between_its_samples(scale: float) -> None:
+    """Of every third sample K_p was 0.89 (0.85 … 0.94) of the truth."""
+    ways = [np.concatenate([np.zeros(300), np.arange(1500) * v, np.full(600, 1500 * v)]) for v in (0.5e-6, 2e-6, 8e-6)]
+    logs = [closed_loop(np.concatenate([way, way[::-1]]), scale) for way in ways]
+    slow = [
+        Log(log.time[::3], position=log.position[::3], reference=log.reference[::3], input=12.0 * log.force[::3])
+        for log in logs if log.force is not None and log.position is not None and log.reference is not None
+    ]  # fmt: skip
+    for name, true in (("K_v", 55.0), ("K_p", 20e3), ("K_i", 700e3)):
+        low, high = controller_of_logs(slow).estimates[name].limits
+        assert low < true < high, name
+
+
 @pytest.mark.parametrize("jump", [200, 201, 400])
 def test_a_reference_that_hardly_moves_shows_no_gains(jump: int) -> None:
     """Of every other sample the reference may stand still, and shows no lag then."""
