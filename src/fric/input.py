@@ -75,7 +75,7 @@ def missing(path: Path, names: Sequence[str] = (), kind: str = "") -> FricError:
     kind: Type of the document that is wanted, as ``plant``: no file of another type is named.
     """
     try:
-        others = [other for other in path.parent.iterdir() if not kind or _is_of(other, kind)]
+        others = [other for other in path.parent.iterdir() if other != path and (not kind or _is_of(other, kind))]
         beside = near(path.name, [other.name for other in others if near(path.stem, [other.stem])])  # not by its ending
     except OSError:
         beside = ""

@@ -10,7 +10,7 @@ import numpy as np
 
 from fric import columns
 from fric.columns import CHANNELS, Kind, channel_dimension
-from fric.errors import FricError, near, require_known, require_name
+from fric.errors import FricError, near, printable, require_known, require_name
 from fric.series import keep, real
 from fric.units import Motion, factor, is_effort, si_unit
 from fric.verb import refused, typed, verb
@@ -164,7 +164,7 @@ class Log(FromFile):
     def __repr__(self) -> str:
         text = ", ".join(name for name in self.channels() if name != "time")
         span = f"{len(self)} samples in {self.time[-1] - self.time[0]:.4g} s"
-        return f"<Log '{self.name}' of the {self.motion} axis {self.axis}: {span}: {text}>"
+        return f"<Log '{printable(self.name)}' of the {self.motion} axis {self.axis}: {span}: {text}>"
 
     def __len__(self) -> int:
         return len(self.time)
@@ -244,7 +244,7 @@ class FrequencyResponse(_Table):
     def __repr__(self) -> str:
         f = self.frequency
         span = f"{len(f)} frequencies from {f[0]:.4g} to {f[-1]:.4g} Hz"
-        return f"<FrequencyResponse '{self.name}' of the {self.motion} axis {self.axis}: {span}>"
+        return f"<FrequencyResponse '{printable(self.name)}' of the {self.motion} axis {self.axis}: {span}>"
 
 
 @typed
@@ -281,7 +281,7 @@ class ForceVelocity(_Table):
         _require_least(self, {"deviation": 0.0, "error": 0.0, "n": 1.0})
 
     def __repr__(self) -> str:
-        return f"<ForceVelocity '{self.name}' of the {self.motion} axis {self.axis}: {len(self)} velocities>"
+        return f"<ForceVelocity '{printable(self.name)}' of the {self.motion} axis {self.axis}: {len(self)} velocities>"
 
 
 Record = Log | FrequencyResponse | ForceVelocity

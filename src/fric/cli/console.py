@@ -105,6 +105,7 @@ def finish(
     writes: Format of ``output``, as `fric.output.FORMATS` calls it.
     worded: Replaces arguments by options in a warning.
     """
+    from fric.documents.base import warned
     from fric.results.base import plain, told_alone
 
     figures = {path: draw for path, draw in (also or {}).items() if path is not None}
@@ -116,6 +117,7 @@ def finish(
     refuse_existing(*written, force=force)
     with progress(doing) as advance:
         result = make(advance)
+    document = warned(result.warnings) | result.document if json else {}
     with together(*written) as made:
         if plot is not None:
             result.plot(plot, view=view, force=force)
@@ -130,9 +132,7 @@ def finish(
                 result.save(place, force=force)
     written += [into] if into is not None else []
     if json:
-        from fric.documents.base import warned
-
-        print_json(warned(result.warnings) | result.document)
+        print_json(document)
     else:
         for piece in result.report():
             if isinstance(piece, str):

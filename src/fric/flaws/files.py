@@ -12,7 +12,8 @@ JOINED_THINNED = Flaw("joined-thinned", "note",
     "{channels}: one sample in {every} is taken, at the rate of the slowest channel.")
 JOINED_MOVED = Flaw("joined-moved", "note",
     "{channels} (sampled at {rate}) moved by {even:|up to }{by} to the instants of {lead}, between samples.")
-CHANNELS_WITHOUT_TIME = Flaw("channels-without-time", "note", "The file gives no time for {channels}: not read.")
+CHANNELS_WITHOUT_TIME = Flaw("channels-without-time", "note",
+    "The file gives no time, or no numbers, for {channels}: not read.")
 SCOPE_SCALE = Flaw("scope-scale", "doubt",
     "Scope shows {channels} scaled or offset; the file does not say whether its values carry that.",
     "Look at 'Scale values before export'.")

@@ -58,6 +58,10 @@ def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None,
     if isinstance(found, PlantDocument) and found.B is not None:
         with found_in(where_of(given)):
             settled(of_plant(found.plant(found.motion) if found.K_f else found.linear(found.motion), found.motion))
+    if isinstance(found, FrictionDocument):
+        with found_in(where_of(given)):
+            for name in found.model_names():
+                found.friction(name)
     if of is not None and not found.belongs(*of):
         what = (
             f"is the {kind.type} of the {found.motion} axis {found.axis}, and the {to} is of the {of[1]} axis {of[0]}"

@@ -35,6 +35,9 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         constants = {str(key): str(value) for key, value in file.properties.items()}
         every = {group.name: list(filter(_is_number, group.channels())) for group in file.groups()}
         groups = {name: channels for name, channels in every.items() if channels}
+        odd = (_column(channel) for group in file.groups() for channel in group.channels() if not _is_number(channel))
+        if lost := [f"'{column.name}'" for column in odd if named_as(column)]:
+            notices.append(CHANNELS_WITHOUT_TIME.found(str(path), channels=lost))
         refuse_declared(path, sum(8 * len(channel) for channels in groups.values() for channel in channels))
         names = [[channel.name for channel in channels] for channels in groups.values()]
         apart = len(groups) > 1 and all(name == names[0] for name in names)

@@ -494,7 +494,7 @@ def beginning(path: Path) -> tuple[bytes, bool]:
         with _opened(path, zipped) as file:
             return file.read(LOOK), zipped
     except (OSError, EOFError, zlib.error) as error:
-        raise FricError(f"cannot be read: {error}", hint="Is the .gz file whole?") from None
+        raise FricError(f"cannot be read: {error}", where=str(path), hint="Is the .gz file whole?") from None
 
 
 def shaped(path: Path, head: bytes, layout: Layout) -> Shape:
