@@ -21,6 +21,7 @@ from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
 from fric.documents.mapping import MappingDocument
+from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws import CATALOGUE, entry
@@ -314,6 +315,13 @@ def resting(off: float) -> Log:
     return Log(time=t, position=moves, force=force, name="a")
 
 
+def of_voltage(scale: float) -> list[Notice]:
+    """Return the flaws of a sine whose force is so many times 100 N/V times its voltage."""
+    u = 0.5 * np.sin(np.arange(4000) / 300.0)
+    log = Log(time=np.arange(4000) / 1e3, position=1e-5 * u, input=u, force=100.0 * scale * u + RNG.normal(size=4000))
+    return flaws.record_flaws([log], "gms", Plant(1.0, 2.0, 1e-3, 100.0))
+
+
 def compensated(lead: float) -> Log:
     """Return a sine whose axis is off by 1 µm between reversals, and kicked by a lead after each [m]."""
     t = np.arange(12_000) / 1e3
@@ -405,6 +413,7 @@ SHOWN: dict[str, Show] = {
     "holding-map": lambda s: held(1 / s),
     "modes-switch": two_modes,
     "two-encoders": two_encoders,
+    "force-scale-differs": lambda s: of_voltage(1.0 + s * flaws.OTHER_SCALE),
     "force-clipped": lambda s: forces(cut(s)),
     "input-clipped": lambda s: forces(np.linspace(0.0, 1.0, 400), "plant", input=cut(s)),
     "clipped-unused": lambda s: resolution.without_clipped([of_force(np.arange(400.0)), of_force(cut(s))], 0.0)[1],

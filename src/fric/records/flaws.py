@@ -6,7 +6,7 @@ encoders, at the motor and at the load, show lost motion and stiffness of the tr
 friction compensation of the control.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import comb, inf, sqrt
@@ -17,6 +17,7 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
 from fric.arrays import Indices, Mask, Real
+from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws import channel
@@ -31,7 +32,7 @@ from fric.records.recognition import fitted_sine, visible_step
 from fric.records.resolution import CONVERTED, clipped_among, drive_off, fine, lattice_step
 from fric.records.segments import SHORTEST, Segment
 from fric.statistics import jackknife, robust_deviation
-from fric.units import readable, si_unit
+from fric.units import is_effort, readable, si_unit
 
 KICKED, KICK_COUNTS, BEFORE, BEHIND, WITHIN = 0.3, 6.0, 1.5, 0.33, 0.5
 """Least lead about a reversal of a kick: over 99 % of the deviations elsewhere, in counts, over the deviation before
@@ -428,9 +429,30 @@ OTHER_UNIT = 500.0  # Ratio of sampling intervals of two records above which a t
 COARSE = 12  # Number of steps in the force's range up to which steps affect means over strokes and cycles
 
 
-def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
-    """Return the warnings of records with any motion: forces and inputs that are clipped, and their clock."""
-    found = []
+OTHER_SCALE, OF_VOLTAGE = 0.15, 0.02
+"""Share by which a force is off K_f times its voltage, and largest share of its power that is not of its voltage."""
+
+
+def _scale_of_force(logs: Sequence[Log], plant: Plant | None) -> Iterator[Notice]:
+    """Warn of records whose force is no K_f times their voltage, though it is proportional to that."""
+    ratios = dict[str, float]()
+    for log in logs:
+        if plant is None or log.force is None or log.input is None or is_effort(log.motion) or not log.input.any():
+            continue
+        slope = float(log.force @ log.input) / float(log.input @ log.input)
+        rest = log.force - slope * log.input
+        if rest @ rest < OF_VOLTAGE * (log.force @ log.force) and abs(slope / plant.K_f - 1.0) > OTHER_SCALE:
+            ratios[log.name] = slope / plant.K_f
+    if ratios:
+        yield channel.FORCE_SCALE_DIFFERS.found(records=[*ratios], ratio=float(np.median([*ratios.values()])))
+
+
+def record_flaws(logs: Sequence[Log], purpose: Purpose, plant: Plant | None = None) -> list[Notice]:
+    """Return the warnings of records with any motion: forces and inputs that are clipped, and their clock.
+
+    plant: The plant, with whose K_f forces and voltages are compared.
+    """
+    found = [*_scale_of_force(logs, plant)]
     for name, flaw in (("input", channel.INPUT_CLIPPED), ("force", channel.FORCE_CLIPPED)):
         if name == "force" or purpose == "plant":
             had = [log for log in logs if getattr(log, name) is not None]

@@ -207,7 +207,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
         result, lateness, unsuitable = without
         unsuited.append(RECORD_LEFT_OUT.found(unsuitable.log.where, why=error.what))
     found = notices_of(result, sliding_logged=bool(slides), plant_given=plant is not None)
-    warnings, amiss = (*result.warnings, *lateness, *found), record_flaws([*presliding, *sliding], "gms")
+    warnings, amiss = (*result.warnings, *lateness, *found), record_flaws([*presliding, *sliding], "gms", plant)
     return replace(result, warnings=(*warnings, *amiss, *doubtful, *left_out, *kicked, *unsuited))
 
 

@@ -59,7 +59,7 @@ def identify_static(records: Sequence[Log | ForceVelocity], asked: Asked) -> Sta
     Raises FricError: When there is no steady stroke, or there are too few speeds for the parameters.
     """
     strokes = corrected(Strokes.of(records, asked))
-    amiss = record_flaws(strokes.logs, "static")
+    amiss = record_flaws(strokes.logs, "static", asked.plant)
     if strokes.one_speed:
         return _at_one_speed(strokes, amiss)
     if asked.direction == "each" and not strokes.both_directions:
