@@ -19,7 +19,7 @@ from fric.estimate import Estimate
 from fric.flaws import flaw_of, prediction
 from fric.flaws.circle import COMPLETED_DISAGREES, GAINS_UNKNOWN
 from fric.flaws.files import GAINS_DESIGNED
-from fric.flaws.prediction import NO_MEASURED_CIRCLE, NOTHING_SIMULATED
+from fric.flaws.prediction import CIRCLE_UNUSED, NO_MEASURED_CIRCLE, NOTHING_SIMULATED
 from fric.notice import Notice
 from fric.simulate.contour_run import Chance
 from fric.units import readable
@@ -454,7 +454,7 @@ def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) 
     """Return what less effort would cost, and what more effort would gain, where the difference is sure."""
     if evidence.exact and evidence.machines and evidence.glitches is None:
         decide = f"{evidence.machines} varied machine{'s decide' if evidence.machines > 1 else ' decides'}"
-        yield f"The simulated controller is given its machine exactly, which no real one is: {decide}."
+        yield f"The simulated controller knows its machine exactly, and a real one does not: {decide}."
     less = [candidate for candidate in usable if 0 < candidate.demand < chosen.demand]
     more = [candidate for candidate in usable if candidate.demand > chosen.demand]
     if less:
@@ -516,7 +516,7 @@ def nothing(evidence: Evidence) -> str:
         return "No scheme is recommended: the controller's gains are not known."
     if evidence.disagreements:
         fitted = all(notice.code == COMPLETED_DISAGREES.code for notice in evidence.disagreements)
-        differs = "no machine that is fitted to the measured circle reproduces it" if fitted else DIFFERS
+        differs = "a machine fitted to the measured circle does not reproduce it" if fitted else DIFFERS
         return f"No scheme is recommended: {differs}. Find out why first: was a compensation on?"
     if evidence.far and evidence.glitches:
         predicted, measured = (readable(glitch, "m", 3) for glitch in evidence.glitches)
@@ -547,7 +547,10 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         return
     if evidence.disagreements or evidence.far:
         yield f"fric diagnose {circle} --machine {machine} --plot circle.png"
-        yield f"fric tune {machine} {circle} -o tuned"
+        if any(notice.code == CIRCLE_UNUSED.code for notice in evidence.distrust):  # no fit: nor can it be tuned
+            yield "fric ingest --kind circle LOG.csv -o circle.h5   # with reference and voltage at its rate"
+        else:
+            yield f"fric tune {machine} {circle} -o tuned"
         return
     if not evidence.candidates:
         yield f"fric simulate circle {machine} --monte-carlo {MACHINES} -o run.h5"

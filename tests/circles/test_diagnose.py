@@ -303,7 +303,7 @@ def test_a_circle_of_other_axes_is_not_held_against_a_machine() -> None:
     assert result.glitches() is None
     assert "agrees" not in result.document
     (notice,) = (notice for notice in result.warnings if notice.code == "circle-unused")
-    assert notice.says == "No machine was made to agree with this circle: it is of x and y, and the machine has b."
+    assert notice.says == "No machine was fitted to this circle: it is of x and y, and the machine has b."
 
 
 def test_measured_and_predicted_are_of_one_reversal() -> None:

@@ -7,7 +7,7 @@ NO_MEASURED_CIRCLE = Flaw("no-measured-circle", "doubt", "The simulation was not
     "Record one: two revolutions without compensation are enough.")
 CIRCLE_ELSEWHERE = Flaw("circle-elsewhere", "doubt",
     "No measured circle is near this radius and feed: friction was not seen at its speeds.")
-CIRCLE_UNUSED = Flaw("circle-unused", "doubt", "No machine was made to agree with this circle: {why}.")
+CIRCLE_UNUSED = Flaw("circle-unused", "doubt", "No machine was fitted to this circle: {why}.")
 PREDICTION_WIDENED = Flaw("prediction-widened", "note", "{name} ± {share:.2g}: {why}")
 INTERVAL_OPEN = Flaw("interval-open", "note",
     "{name} × {low:g} to {high:g}: its interval is open, or does not hold the estimate.")
