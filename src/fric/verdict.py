@@ -548,7 +548,7 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
     if evidence.disagreements or evidence.far:
         yield f"fric diagnose {circle} --machine {machine} --plot circle.png"
         if any(notice.code == CIRCLE_UNUSED.code for notice in evidence.distrust):  # no fit: nor can it be tuned
-            yield "fric ingest --kind circle LOG.csv -o circle.h5   # with reference and voltage at its rate"
+            yield "fric ingest --kind circle LOG.csv -o circle.h5   # with voltage, at the controller's rate"
         else:
             yield f"fric tune {machine} {circle} -o tuned"
         return

@@ -15,7 +15,7 @@ from fric.documents.contours import VerdictPart
 from fric.estimate import Estimate
 from fric.flaws.circle import COMPLETED_DISAGREES, GAINS_UNKNOWN
 from fric.flaws.files import GAINS_DESIGNED
-from fric.flaws.prediction import CANNOT_RUN, NOT_AS_PREDICTED
+from fric.flaws.prediction import CANNOT_RUN, CIRCLE_UNUSED, NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.simulate.contour_run import Circle, run_circle
 from fric.verdict import Candidate, Evidence, Verdict, candidates_of, decide, difference, evidence_of, forbidden
@@ -138,6 +138,8 @@ def test_no_scheme_is_recommended_against_a_measured_circle():
     assert not found.trusted
     assert "c.h5: +x shows 33" in found.why[0]
     assert found.next[-1] == "fric tune m.yaml c.h5 -o tuned"
+    unfit = replace(given, distrust=[CIRCLE_UNUSED.found("c.h5", why="no voltage was recorded, which tuning needs")])
+    assert decide(unfit).next[-1].startswith("fric ingest --kind circle")  # tune would say the same again
     refitted = replace(given, disagreements=[COMPLETED_DISAGREES.found("c.h5", glitches="+x 235 µm, 266 µm")])
     assert decide(refitted).choice is None
     assert decide(refitted).headline != found.headline  # it is the fitted machine that differs, not the prediction
