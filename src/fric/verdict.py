@@ -123,6 +123,7 @@ class Evidence:
     exact: bool = False  # Whether the controllers believe exactly the friction and the plant that the machine has
     compared: bool = False  # Whether a measured circle was compared with the prediction
     disagreements: Sequence[Notice] = ()  # Where a measured circle is not as predicted, with the likely cause
+    agree: int = 0  # Measured circles that are as predicted
     notices: Sequence[Notice] = ()  # What the files that the machine is made of, and the runs, warn of
     distrust: Sequence[Notice] = ()  # Why no interval of a prediction must be trusted
     # What speaks against the machine's files, but not against machines that were made to agree with a measured circle
@@ -307,7 +308,8 @@ def evidence_of(
     return Evidence(
         candidates=candidates, axes=tuple(map(str, made.get("axes", ()))),
         resolution=float(made.get("resolution", 0.0)), exact=bool(made.get("exact", False)), compared=compared,
-        disagreements=against, distrust=distrust, settled=tuple(dict.fromkeys(settled)), notices=notices,
+        disagreements=against, agree=sum(not of for of in disagreements.values()), distrust=distrust,
+        settled=tuple(dict.fromkeys(settled)), notices=notices,
         **names | more,
     )  # fmt: skip
 
@@ -507,6 +509,11 @@ def headline(chosen: Candidate, without: Candidate | None, now: str, evidence: E
     return f"For a controller that fric designed: {text[0].lower()}{text[1:]}" if evidence.designed else text
 
 
+def _circle_apart(evidence: Evidence) -> Path:
+    """Return the file of the first circle that is not as predicted."""
+    return Path(evidence.circle).with_name(Path(evidence.disagreements[0].where.partition(", ")[0]).name)
+
+
 DIFFERS = "the measured circle differs from its prediction"
 
 
@@ -517,6 +524,9 @@ def nothing(evidence: Evidence) -> str:
     if evidence.disagreements:
         fitted = all(notice.code == COMPLETED_DISAGREES.code for notice in evidence.disagreements)
         differs = "a machine fitted to the measured circle does not reproduce it" if fitted else DIFFERS
+        if n := evidence.agree:
+            others = f"{n} other circle{'s agree' if n > 1 else ' agrees'}"
+            differs = f"{_circle_apart(evidence).stem} differs from its prediction, and {others}"
         return f"No scheme is recommended: {differs}. Find out why first: was a compensation on?"
     if evidence.far and evidence.glitches:
         predicted, measured = (readable(glitch, "m", 3) for glitch in evidence.glitches)
@@ -545,6 +555,8 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
     if evidence.missing:
         yield 'fric plan --stroke "300 mm" --feed "100 mm/s" -o plan   # motions that record what is missing'
         return
+    if evidence.disagreements and evidence.agree:
+        circle = quote(str(_circle_apart(evidence)))
     if evidence.disagreements or evidence.far:
         yield f"fric diagnose {circle} --machine {machine} --plot circle.png"
         if any(notice.code == CIRCLE_UNUSED.code for notice in evidence.distrust):  # no fit: nor can it be tuned

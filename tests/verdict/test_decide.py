@@ -247,6 +247,10 @@ def test_a_circle_settles_only_what_the_drawn_machines_were_made_to_agree_with()
     settled = "settled by the measured circle (`fric help CODE`): not-as-predicted"
     assert any(line.startswith(settled) for line in found.lines())
     assert decide(evidence_of(made, table, disagreements=seen, compared=True)).choice is None
+    others = {"three.h5": [], "four.h5": [], "two.h5": [apart("two.h5")]}
+    found = decide(evidence_of(made, table, disagreements=others, compared=True, circle="in/four.h5"))
+    assert "two differs from its prediction, and 2 other circles agree" in found.headline
+    assert found.next[0].startswith("fric diagnose in/two.h5 ")
     # with gains that nobody stated and no voltage the machines agree with any circle: it settles nothing
     designed = {"warnings_coded": [GAINS_DESIGNED.found("axis x").as_dict()]}
     unknown = replace(prediction, distrust=(GAINS_UNKNOWN.found("axis x"),))
