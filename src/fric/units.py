@@ -160,7 +160,9 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
     except FricError:
         raise
     except Exception:  # as in `is_unit`: a bracket that is not closed raises Python's TokenError
-        raise FricError(f"'{unit}' is not a unit that is known", hint=f"Give a unit that converts to {si}.") from None
+        scale = f' A mapping says what one logged unit is as scale: "{unit}".' if unit[:1].isdigit() else ""
+        hint = f"Give a unit that converts to {si}.{scale}"
+        raise FricError(f"'{unit}' is not a unit that is known", hint=hint) from None
 
 
 def converts(unit: str | None, dimension: str, motion: Motion = "linear") -> bool:

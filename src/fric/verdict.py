@@ -229,7 +229,7 @@ class Verdict:
         described += [": ".join(self.result)] if self.kept is not None else []
         described += [self.checked] if self.checked else []
         settled = ", ".join(self.settled_by_code)
-        described += [f"settled by the measured circle (`fric help CODE`): {settled}"] if settled else []
+        described += [f"settled by the measured circle: {settled} (`fric help CODE`)"] if settled else []
         described += [f"not trusted yet: {text}" for text in self.why if text.code != NOTHING_SIMULATED.code]
         commands = "\n".join(f"next: {text}" for text in self.next).replace("   # ", "\n      # ")  # fit 80 columns
         return [*described, *commands.splitlines()]
@@ -471,7 +471,7 @@ def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) 
             gain = f"{_between(low, high)} less than ({chosen.scheme.name}): not worth the effort."
             yield f"{_asks(other, 'more')}, {gain}"
         elif other.stays_under < chosen.stays_under:
-            yield f"{other.named} takes more effort and is not surely better."
+            yield f"{other.named} takes more effort and is not clearly better."
 
 
 def _asks(other: Candidate, how: str) -> str:

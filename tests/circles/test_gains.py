@@ -113,7 +113,7 @@ def test_a_voltage_that_no_cascade_gives_is_refused(test_circle: tuple[str, Meas
     assert x.input is not None
     assert x.reference is not None
     for refused, why in (
-        (changed(test, input=np.random.default_rng(0).normal(0.0, 1.0, len(x.input))), "no cascade gives"),
+        (changed(test, input=np.random.default_rng(0).normal(0.0, 1.0, len(x.input))), "no P-PI cascade gives"),
         (replace(test, scheme="f"), "without compensation"),
     ):
         with pytest.raises(FricError, match=why):

@@ -244,7 +244,7 @@ def test_a_circle_settles_only_what_the_drawn_machines_were_made_to_agree_with()
     found = decide(evidence_of(made, table, prediction, disagreements={"one.h5": seen["/there/one.h5"]}))
     assert found.choice is not None
     assert [one.code for one in found.why] == ["force-lags"]
-    settled = "settled by the measured circle (`fric help CODE`): not-as-predicted"
+    settled = "settled by the measured circle: not-as-predicted"
     assert any(line.startswith(settled) for line in found.lines())
     assert decide(evidence_of(made, table, disagreements=seen, compared=True)).choice is None
     others = {"three.h5": [], "four.h5": [], "two.h5": [apart("two.h5")]}

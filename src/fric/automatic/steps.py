@@ -579,6 +579,6 @@ def axis_steps(
             )
         )  # fmt: skip
     else:
-        seen = ": a logged current does not show the delay before it" * (effort and bool(responses))
+        seen = ": a logged current does not show the delay of the drive before it" * (effort and bool(responses))
         missing += [NO_OBSERVER + seen] if controller else [NO_CONTROLLER, NO_OBSERVER]
     return AxisSteps(steps, missing)

@@ -600,7 +600,7 @@ def _resolution(test: MeasuredCircle) -> float:
 
 DRAWS = 24  # Machines that are drawn from the intervals of a machine file
 CAUSES = {
-    "level": "the level: K_f, the level of friction or a gain differs",
+    "level": "the whole level: friction, K_f or a gain differs",
     "width": "the width: the stiffness before sliding differs",
     "place": "the place: the delay differs",
     "sign": "the sign: gravity, or the direction of the axis",

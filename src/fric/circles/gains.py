@@ -314,7 +314,7 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
         held = np.maximum(_widened(fit, found, half)[:3], fit.difference(second, found)[:3] + beside[:3])
         half = np.append(held, half[3:])
     if (explained := fit.explained(found)) < EXPLAINED:
-        what = f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it"
+        what = f"no P-PI cascade gives the recorded voltage: the best explains {explained:.0%} of it"
         raise FricError(what, where=where, hint=RECORD)
     seen = None if slow else rate
     return _controller(found, half, other, explained, seen, test.where, motion, unused=False).of_fit(fit, found)

@@ -30,10 +30,10 @@ FRICTION_OVER_POSITION = Flaw("friction-over-position", _severity,
 FORCE_ALONG_AXIS = Flaw("force-along-axis", "note",
     "The force rises by {rises} over {length} (spring, cable, tilt): removed; the offset is at {middle}.")
 FALL_NOT_SEEN = Flaw("fall-not-seen", "doubt",
-    "No fall down to {slowest} (held-out strokes: {plain} without, {falling} with one): F_s = F_c is assumed.",
+    "Friction does not fall from {slowest} up (held-out strokes: {plain} without, {falling} with one): F_s = F_c is assumed.",
     "Log slower strokes, or force the fall with `form='stribeck'`.", widens={"v_s": 0.5})
 FALL_OPEN = Flaw("fall-open", "doubt",
-    "Strokes from {slowest} up do not determine F_s and v_s: none is slow enough.",
+    "The strokes do not determine F_s and v_s: the slowest, {slowest}, is too fast, or they scatter.",
     "Log slower strokes.", widens={"v_s": 0.5})
 F_S_EXTRAPOLATED = Flaw("F_s-extrapolated", "wrong",
     "{below:.0%} of the fall is below the slowest stroke ({slowest}): F_s continues eq. (2) from {lowest}.",

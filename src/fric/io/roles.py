@@ -762,7 +762,7 @@ def _open_motions(data: Samples, t: Real, movements: Sequence[_Movement], drives
             drives[k]["force"] = force
         elif motions[k].is_torn(values):
             others = {force.column or 0: -force.sign, **force.others}
-            why = f"{force.why}; friction and inertia show another sign each"
+            why = f"{force.why}; friction and inertia show different signs"
             drives[k]["force"] = replace(force, likelihood=min(force.likelihood, 0.8), others=others, why=why)
         if moved[k] in both:
             others = {n: both[n].score(values)[2] * force.sign for n in named if n != moved[k]}
