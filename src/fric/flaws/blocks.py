@@ -24,7 +24,7 @@ C_WITHOUT_PLANT = Flaw("C-without-plant", "doubt",
     "C is identified without a plant: inertia was fitted beside the lag, the drive's delay is unknown.",
     "Give `plant=`.", widens={"C": 1.0})
 LEVEL_DIFFERS = Flaw("level-differs", "doubt",
-    "Pre-sliding friction is {level:.3f} times the static map's F_s: its shape is used, at the level of the map.",
+    "Pre-sliding friction is {level:.3f} times the map's F_s: its shape is used, at the map's level.",
     "Record both on one day; check the unit of the force.",
     widens={"B": 0.03}, circle_settles=True)
 LOST_MOTION = Flaw("lost-motion", lambda f: "wrong" if f.share > LARGE else "doubt",
