@@ -91,7 +91,10 @@ def covariance_of(gradient: Real, residual: Real, lengths: Sequence[int], most: 
     if not white(residual, lengths):
         return hac_covariance(gradient, residual, lengths, most)
     n, p = gradient.shape
-    back = np.linalg.inv(np.linalg.qr(gradient, mode="r"))
+    try:
+        back = np.linalg.inv(np.linalg.qr(gradient, mode="r"))
+    except np.linalg.LinAlgError:
+        raise FricError("a parameter has no effect along these records", hint="Log larger motions.") from None
     return np.asarray(back @ back.T * float(residual @ residual) / (n - p))
 
 
