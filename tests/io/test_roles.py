@@ -283,6 +283,28 @@ def test_what_is_open_of_an_axis_is_as_the_others_of_its_table(tmp_path: Path) -
     assert all(axis.roles["position"].unit_likelihood < SURE for axis in axes)
 
 
+@pytest.mark.parametrize("names", ["{}cmd [mm],{}fb [mm],{}cur [A],{}dac [V]", "cmd{}_mm,fb{}_mm,cur{}_A,dac{}_V"])
+@pytest.mark.parametrize("rests", [False, True])
+def test_a_letter_stuck_to_what_another_is_stuck_to_is_of_an_axis(tmp_path: Path, names: str, rests: bool) -> None:
+    """Both axes move alike, and y's force is negated: it was taken for that of x. Where y rests, it was an angle."""
+    columns, rng = [1e6 * axis_of_a_drive()["t"]], np.random.default_rng(5)
+    for seed, sign in ((0, 1), (1, -1)):
+        a = axis_of_a_drive(seed=seed)
+        noise = 1e-4 * rng.choice([-2, -1, 0, 1, 2], len(a["t"]), p=[0.004, 0.046, 0.9, 0.046, 0.004])
+        fb = a["position"] + 1e-4 * rng.integers(-1, 2, len(a["t"])) if not (seed and rests) else noise
+        columns += [a["asked"] * (not (seed and rests)), fb, sign * a["current"], 0.5 * sign * a["current"] + 0.01]
+    head = ";".join(["t_us", *(name.format(letter) for letter in "XY" for name in names.split(","))])
+    with ExitStack() as files:
+        found = guesses([write(tmp_path / "wide.csv", head, *columns)], files)
+        axes = {guess.axis.name: guess.axis.roles for guess in found}
+    wanted = {"x": (1, 2, 3, 1), "y": (5, 6, 7, -1)}
+    assert {
+        name: (of["reference"].column, of["position"].column, of["force"].column, of["force"].sign)
+        for name, of in axes.items()
+    } == {name: wanted[name] for name in ("xy" if not rests else "x")}
+    assert not any(role.turn for of in axes.values() for role in of.values())
+
+
 def test_a_force_that_jumps_from_record_to_record_is_no_angle(tmp_path: Path) -> None:
     """Strokes there and back, a file each: their currents were unwrapped from file to file, and friction drove."""
     rng = np.random.default_rng(1)

@@ -299,6 +299,9 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
 def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
     """Return a guess with the name of its axis: from columns or files, else x."""
     name = guess.table.said.get("axis") or axis_of(*(bare(guess.table.columns[n]) for n in guess.axis.columns))
+    shown = tags(guess.table.columns)
+    known = {*"xyz"} if alone else {*shown} - {None}
+    name = name or next((shown[n] for n in guess.axis.columns if shown[n] in known), None)
     if name is None and alone:
         stems, folders = zip(
             *((path.name.split(".")[0], f"axis {path.parent.name}") for path in guess.files), strict=True
@@ -306,9 +309,6 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
         name = axis_of_file(guess.files[0]) or axis_of(*stems) or axis_of(*folders)
         turns = rotates(guess.axis.motion) and guess.axis.motion_likelihood >= SURE
         name = None if name in {*"abc"} and not turns else name  # it is of runs
-    elif name is None:
-        shown = tags(guess.table.columns)
-        name = next(filter(None, (shown[n] for n in guess.axis.columns)), None)
     name = f"axis{name}" if name and name.isdigit() else name
     guess.axis.name = name or ("x" if alone else f"axis{guess.axis.name}")
     return replace(guess, named=name is not None)

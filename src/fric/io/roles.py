@@ -173,11 +173,12 @@ def _spoken_of(columns: Sequence[Column]) -> list[Spoken]:
 
 
 def _turn(x: Real) -> float:
-    """Return the range after which an angle repeats: it jumps from end to end; 0 where it is no angle."""
+    """Return the range after which an angle repeats: it jumps from end to end; 0 where it is none, as few counts."""
     steps, span = np.diff(x), float(np.ptp(x))
+    few = span < 0.9 * COUNTS.min() * np.abs(steps[steps != 0.0]).min(initial=np.inf)
     jumps = np.flatnonzero(np.abs(steps) > 0.7 * span)
     jumps = jumps[(jumps > 3) & (jumps < len(steps) - 4)]
-    if not 0 < len(jumps) < 0.05 * len(steps) or span > LARGEST_TURN:
+    if few or not 0 < len(jumps) < 0.05 * len(steps) or span > LARGEST_TURN:
         return 0.0
     around = steps[jumps - 1] + steps[jumps - 2] + steps[jumps + 1] + steps[jumps + 2]
     if np.mean(around * steps[jumps] < 0.0) < 0.8 or np.quantile(np.abs(steps), 0.9) > 0.3 * span:
