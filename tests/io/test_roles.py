@@ -283,6 +283,24 @@ def test_what_is_open_of_an_axis_is_as_the_others_of_its_table(tmp_path: Path) -
     assert all(axis.roles["position"].unit_likelihood < SURE for axis in axes)
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_stroke_whose_force_goes_with_it_is_not_turned_and_a_turned_one_is_said(tmp_path, way, sign) -> None:
+    """The force of a short stroke rises along it, as of a mass below 0: it was turned in silence, or not read."""
+    t, rng = np.arange(2300) * 1e-3, np.random.default_rng(4)
+    v = way * 0.7 * np.convolve((t > 0.4) & (t < 1.9), np.hanning(500) / np.hanning(500).sum(), "same")
+    x = np.round(np.cumsum(v) * 1e-3 + 5e-5 * rng.standard_normal(len(t)), 4)
+    rise = np.convolve(v, np.exp(-np.arange(1500) / 250.0) / 250.0)[: len(t)] / 0.7
+    force = sign * (60 * np.tanh(v / 0.01) + 60 * rise + rng.standard_normal(len(t)))
+    path = write(tmp_path / "stroke.csv", "time [s];x_ref [mm];x_pos [mm];x_u [V];x_force [N]", t, np.cumsum(v) * 1e-3,
+                 x, force / 180 + 0.05 * rng.standard_normal(len(t)), force)  # fmt: skip
+    done = fric.ingest(path, output=tmp_path / "log.h5", kind="constant-velocity")
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert log.force is not None
+    np.testing.assert_allclose(log.force, sign * force, rtol=1e-5, atol=1e-4)
+    assert any('force is "x_force", turned' in str(notice) for notice in done.warnings) == (sign < 0)
+
+
 @pytest.mark.parametrize("names", ["{}cmd [mm],{}fb [mm],{}cur [A],{}dac [V]", "cmd{}_mm,fb{}_mm,cur{}_A,dac{}_V"])
 @pytest.mark.parametrize("rests", [False, True])
 def test_a_letter_stuck_to_what_another_is_stuck_to_is_of_an_axis(tmp_path: Path, names: str, rests: bool) -> None:

@@ -520,11 +520,13 @@ class Guessed:
         assumed, sure = dict[str, list[str]](), dict[str, dict[Path, None]]()
         for guess in self.usable:
             columns, roles = guess.table.columns, guess.axis.roles.items()
-            means = ", ".join(f'{k} is "{columns[r.column].name}"' for k, r in roles if r.column is not None)
+            named = [(f'{k} is "{columns[r.column].name}"', r.sign < 0) for k, r in roles if r.column is not None]
+            turned = [f"{text}, turned" for text, against in named if against]
+            means = [f"check {mapping}"] if mapping else [text for text, against in named if not against]
             if guess.open:
-                assumed.setdefault(first_of(guess.files), []).extend(guess.open)
+                assumed.setdefault(first_of(guess.files), []).extend([*guess.open, *turned])
             else:
-                sure.setdefault(f"check {mapping}" if mapping else means, {}).update(dict.fromkeys(guess.files))
+                sure.setdefault(", ".join([*means, *turned]), {}).update(dict.fromkeys(guess.files))
         of_files = assumed.items()
         found = [MAPPING_ASSUMED.found(files=files, what="; ".join(what), mapping=mapping) for files, what in of_files]
         return found + [MAPPING_PROPOSED.found(means=how, files=first_of([*files])) for how, files in sure.items()]
