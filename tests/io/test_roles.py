@@ -1,5 +1,6 @@
 """What physics tells of the columns of foreign logs: over generated logs, and where an earlier trial went wrong."""
 
+import re
 from collections import Counter
 from contextlib import ExitStack, closing
 from pathlib import Path
@@ -806,3 +807,45 @@ def test_a_folder_names_the_axis_of_columns_that_are_guessed(tmp_path, folder, a
     with ExitStack() as files:
         (guess,) = guessed([path], files, assume=True).found
     assert guess.axis.name == axis
+
+
+@pytest.mark.parametrize("header", ["test,n,PosCmd,PosFbk,TrqFbk,TrqCmd", "PosCmd,PosFbk,TrqFbk,TrqCmd,n,run"])
+def test_each_id_of_a_table_of_samples_is_a_record(tmp_path: Path, header: str) -> None:
+    """The axis rests at first, and one number of the first 600 lines changes: it was a list of channels and values."""
+    a, rng = axis_of_a_drive(), np.random.default_rng(6)
+    rows = []
+    for name, gain in (("CV00", 20000), ("CV01", -20000), ("PS1", 5000)):
+        x, asked = (np.concatenate([np.zeros(700), gain * a[of]]).round() for of in ("position", "asked"))
+        noise = 0.05 * rng.standard_normal(len(x))
+        torque = np.concatenate([np.zeros(700), np.sign(gain) * 10 * a["current"]])
+        of = {"n": range(len(x)), "PosCmd": asked, "PosFbk": x, "TrqFbk": torque + noise, "TrqCmd": torque}
+        of["test"] = of["run"] = [name] * len(x)
+        rows += [",".join(map(str, row)) for row in zip(*(of[key] for key in header.split(",")), strict=True)]
+    lines = ["; sample time 250 us", "; position: counts, 20000 counts/rev", header, *rows]
+    path = tmp_path / "servo.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with ExitStack() as files:
+        (guess,) = guesses([path], files)
+        names, roles = [column.name for column in guess.table.columns], guess.axis.roles
+        at = {channel: names[role.column] for channel, role in roles.items() if role.column is not None}
+    assert at == {"reference": "PosCmd", "position": "PosFbk", "force": "TrqFbk"}
+    assert roles["time"].unit == "0.00025 s"
+    assert any("PosFbk" in text for text in guess.open)
+    text = re.sub(r'(Pos\w+", )unit: "\?"', r'\1scale: "0.5 um"', proposal([path]))
+    written(tmp_path / "map.yaml", re.sub(r'(TrqFbk", )unit: "\?"', r'\1scale: "0.5 N"', text))
+    fric.ingest(path, mapping=tmp_path / "map.yaml", output=tmp_path / "log.h5")
+    logs = read_logs(tmp_path / "log.h5")
+    assert [log.name for log in logs] == ["CV00", "CV01", "PS1"]
+    np.testing.assert_allclose(np.diff(logs[2].time), 2.5e-4)
+    np.testing.assert_allclose(logs[1].position[700:], -0.01 * a["position"], atol=1e-6)
+
+
+@pytest.mark.parametrize("states", ["idle,slow,fast", "idle,slow,idle", "slow,slow,slow"])
+def test_words_at_which_no_clock_begins_again_are_of_one_record(tmp_path: Path, states: str) -> None:
+    a, path = axis_of_a_drive(3000), tmp_path / "log.csv"
+    words = np.repeat(states.split(","), 1000)
+    rows = zip(words, *(a[of].round(7) for of in ("t", "position", "current")), strict=True)
+    lines = ["phase,time [s],position [rad],torque [Nm]", *(",".join(map(str, row)) for row in rows)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with closing(tables(path)) as found:
+        assert [len(next(table.read([1])).columns[0]) for table in found] == [3000]

@@ -212,7 +212,8 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     """Return the axes of tables that have the same columns, in the order of these."""
     data = Samples(tables)
     _refuse_many(tables[0], moving := int(data.moving.sum()), MOST_MOVING)
-    if (clock := _clock(data)).column is None and not clock.unit:
+    n = (clock := _clock(data)).column
+    if not clock.unit if n is None else not data.said[n].unit and _counts_rows(data.x[:, n]):
         clock = _said_clock(data.constants | tables[0].constants) or clock
     t = data.x[:, clock.column] if clock.column is not None else np.arange(len(data.x), dtype=float)
     data.moving &= ~_stamps(data, t)
