@@ -1,5 +1,6 @@
 """What physics tells of the columns of foreign logs: over generated logs, and where an earlier trial went wrong."""
 
+import re
 from collections import Counter
 from contextlib import ExitStack, closing
 from pathlib import Path
@@ -281,6 +282,46 @@ def test_what_is_open_of_an_axis_is_as_the_others_of_its_table(tmp_path: Path) -
     assert len(axes) == 5
     assert len({rotates(axis.motion) for axis in axes}) == 1
     assert all(axis.roles["position"].unit_likelihood < SURE for axis in axes)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_stroke_whose_force_goes_with_it_is_not_turned_and_a_turned_one_is_said(tmp_path, way, sign) -> None:
+    """The force of a short stroke rises along it, as of a mass below 0: it was turned in silence, or not read."""
+    t, rng = np.arange(2300) * 1e-3, np.random.default_rng(4)
+    v = way * 0.7 * np.convolve((t > 0.4) & (t < 1.9), np.hanning(500) / np.hanning(500).sum(), "same")
+    x = np.round(np.cumsum(v) * 1e-3 + 5e-5 * rng.standard_normal(len(t)), 4)
+    rise = np.convolve(v, np.exp(-np.arange(1500) / 250.0) / 250.0)[: len(t)] / 0.7
+    force = sign * (60 * np.tanh(v / 0.01) + 60 * rise + rng.standard_normal(len(t)))
+    path = write(tmp_path / "stroke.csv", "time [s];x_ref [mm];x_pos [mm];x_u [V];x_force [N]", t, np.cumsum(v) * 1e-3,
+                 x, force / 180 + 0.05 * rng.standard_normal(len(t)), force)  # fmt: skip
+    done = fric.ingest(path, output=tmp_path / "log.h5", kind="constant-velocity")
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert log.force is not None
+    np.testing.assert_allclose(log.force, sign * force, rtol=1e-5, atol=1e-4)
+    assert any('force is "x_force", turned' in str(notice) for notice in done.warnings) == (sign < 0)
+
+
+@pytest.mark.parametrize("names", ["{}cmd [mm],{}fb [mm],{}cur [A],{}dac [V]", "cmd{}_mm,fb{}_mm,cur{}_A,dac{}_V"])
+@pytest.mark.parametrize("rests", [False, True])
+def test_a_letter_stuck_to_what_another_is_stuck_to_is_of_an_axis(tmp_path: Path, names: str, rests: bool) -> None:
+    """Both axes move alike, and y's force is negated: it was taken for that of x. Where y rests, it was an angle."""
+    columns, rng = [1e6 * axis_of_a_drive()["t"]], np.random.default_rng(5)
+    for seed, sign in ((0, 1), (1, -1)):
+        a = axis_of_a_drive(seed=seed)
+        noise = 1e-4 * rng.choice([-2, -1, 0, 1, 2], len(a["t"]), p=[0.004, 0.046, 0.9, 0.046, 0.004])
+        fb = a["position"] + 1e-4 * rng.integers(-1, 2, len(a["t"])) if not (seed and rests) else noise
+        columns += [a["asked"] * (not (seed and rests)), fb, sign * a["current"], 0.5 * sign * a["current"] + 0.01]
+    head = ";".join(["t_us", *(name.format(letter) for letter in "XY" for name in names.split(","))])
+    with ExitStack() as files:
+        found = guesses([write(tmp_path / "wide.csv", head, *columns)], files)
+        axes = {guess.axis.name: guess.axis.roles for guess in found}
+    wanted = {"x": (1, 2, 3, 1), "y": (5, 6, 7, -1)}
+    assert {
+        name: (of["reference"].column, of["position"].column, of["force"].column, of["force"].sign)
+        for name, of in axes.items()
+    } == {name: wanted[name] for name in ("xy" if not rests else "x")}
+    assert not any(role.turn for of in axes.values() for role in of.values())
 
 
 def test_a_force_that_jumps_from_record_to_record_is_no_angle(tmp_path: Path) -> None:
@@ -766,3 +807,45 @@ def test_a_folder_names_the_axis_of_columns_that_are_guessed(tmp_path, folder, a
     with ExitStack() as files:
         (guess,) = guessed([path], files, assume=True).found
     assert guess.axis.name == axis
+
+
+@pytest.mark.parametrize("header", ["test,n,PosCmd,PosFbk,TrqFbk,TrqCmd", "PosCmd,PosFbk,TrqFbk,TrqCmd,n,run"])
+def test_each_id_of_a_table_of_samples_is_a_record(tmp_path: Path, header: str) -> None:
+    """The axis rests at first, and one number of the first 600 lines changes: it was a list of channels and values."""
+    a, rng = axis_of_a_drive(), np.random.default_rng(6)
+    rows = []
+    for name, gain in (("CV00", 20000), ("CV01", -20000), ("PS1", 5000)):
+        x, asked = (np.concatenate([np.zeros(700), gain * a[of]]).round() for of in ("position", "asked"))
+        noise = 0.05 * rng.standard_normal(len(x))
+        torque = np.concatenate([np.zeros(700), np.sign(gain) * 10 * a["current"]])
+        of = {"n": range(len(x)), "PosCmd": asked, "PosFbk": x, "TrqFbk": torque + noise, "TrqCmd": torque}
+        of["test"] = of["run"] = [name] * len(x)
+        rows += [",".join(map(str, row)) for row in zip(*(of[key] for key in header.split(",")), strict=True)]
+    lines = ["; sample time 250 us", "; position: counts, 20000 counts/rev", header, *rows]
+    path = tmp_path / "servo.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with ExitStack() as files:
+        (guess,) = guesses([path], files)
+        names, roles = [column.name for column in guess.table.columns], guess.axis.roles
+        at = {channel: names[role.column] for channel, role in roles.items() if role.column is not None}
+    assert at == {"reference": "PosCmd", "position": "PosFbk", "force": "TrqFbk"}
+    assert roles["time"].unit == "0.00025 s"
+    assert any("PosFbk" in text for text in guess.open)
+    text = re.sub(r'(Pos\w+", )unit: "\?"', r'\1scale: "0.5 um"', proposal([path]))
+    written(tmp_path / "map.yaml", re.sub(r'(TrqFbk", )unit: "\?"', r'\1scale: "0.5 N"', text))
+    fric.ingest(path, mapping=tmp_path / "map.yaml", output=tmp_path / "log.h5")
+    logs = read_logs(tmp_path / "log.h5")
+    assert [log.name for log in logs] == ["CV00", "CV01", "PS1"]
+    np.testing.assert_allclose(np.diff(logs[2].time), 2.5e-4)
+    np.testing.assert_allclose(logs[1].position[700:], -0.01 * a["position"], atol=1e-6)
+
+
+@pytest.mark.parametrize("states", ["idle,slow,fast", "idle,slow,idle", "slow,slow,slow"])
+def test_words_at_which_no_clock_begins_again_are_of_one_record(tmp_path: Path, states: str) -> None:
+    a, path = axis_of_a_drive(3000), tmp_path / "log.csv"
+    words = np.repeat(states.split(","), 1000)
+    rows = zip(words, *(a[of].round(7) for of in ("t", "position", "current")), strict=True)
+    lines = ["phase,time [s],position [rad],torque [Nm]", *(",".join(map(str, row)) for row in rows)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with closing(tables(path)) as found:
+        assert [len(next(table.read([1])).columns[0]) for table in found] == [3000]

@@ -299,6 +299,9 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
 def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
     """Return a guess with the name of its axis: from columns or files, else x."""
     name = guess.table.said.get("axis") or axis_of(*(bare(guess.table.columns[n]) for n in guess.axis.columns))
+    shown = tags(guess.table.columns)
+    known = {*"xyz"} if alone else {*shown} - {None}
+    name = name or next((shown[n] for n in guess.axis.columns if shown[n] in known), None)
     if name is None and alone:
         stems, folders = zip(
             *((path.name.split(".")[0], f"axis {path.parent.name}") for path in guess.files), strict=True
@@ -306,9 +309,6 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
         name = axis_of_file(guess.files[0]) or axis_of(*stems) or axis_of(*folders)
         turns = rotates(guess.axis.motion) and guess.axis.motion_likelihood >= SURE
         name = None if name in {*"abc"} and not turns else name  # it is of runs
-    elif name is None:
-        shown = tags(guess.table.columns)
-        name = next(filter(None, (shown[n] for n in guess.axis.columns)), None)
     name = f"axis{name}" if name and name.isdigit() else name
     guess.axis.name = name or ("x" if alone else f"axis{guess.axis.name}")
     return replace(guess, named=name is not None)
@@ -520,11 +520,13 @@ class Guessed:
         assumed, sure = dict[str, list[str]](), dict[str, dict[Path, None]]()
         for guess in self.usable:
             columns, roles = guess.table.columns, guess.axis.roles.items()
-            means = ", ".join(f'{k} is "{columns[r.column].name}"' for k, r in roles if r.column is not None)
+            named = [(f'{k} is "{columns[r.column].name}"', r.sign < 0) for k, r in roles if r.column is not None]
+            turned = [f"{text}, turned" for text, against in named if against]
+            means = [f"check {mapping}"] if mapping else [text for text, against in named if not against]
             if guess.open:
-                assumed.setdefault(first_of(guess.files), []).extend(guess.open)
+                assumed.setdefault(first_of(guess.files), []).extend([*guess.open, *turned])
             else:
-                sure.setdefault(f"check {mapping}" if mapping else means, {}).update(dict.fromkeys(guess.files))
+                sure.setdefault(", ".join([*means, *turned]), {}).update(dict.fromkeys(guess.files))
         of_files = assumed.items()
         found = [MAPPING_ASSUMED.found(files=files, what="; ".join(what), mapping=mapping) for files, what in of_files]
         return found + [MAPPING_PROPOSED.found(means=how, files=first_of([*files])) for how, files in sure.items()]

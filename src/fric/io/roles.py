@@ -173,11 +173,12 @@ def _spoken_of(columns: Sequence[Column]) -> list[Spoken]:
 
 
 def _turn(x: Real) -> float:
-    """Return the range after which an angle repeats: it jumps from end to end; 0 where it is no angle."""
+    """Return the range after which an angle repeats: it jumps from end to end; 0 where it is none, as few counts."""
     steps, span = np.diff(x), float(np.ptp(x))
+    few = span < 0.9 * COUNTS.min() * np.abs(steps[steps != 0.0]).min(initial=np.inf)
     jumps = np.flatnonzero(np.abs(steps) > 0.7 * span)
     jumps = jumps[(jumps > 3) & (jumps < len(steps) - 4)]
-    if not 0 < len(jumps) < 0.05 * len(steps) or span > LARGEST_TURN:
+    if few or not 0 < len(jumps) < 0.05 * len(steps) or span > LARGEST_TURN:
         return 0.0
     around = steps[jumps - 1] + steps[jumps - 2] + steps[jumps + 1] + steps[jumps + 2]
     if np.mean(around * steps[jumps] < 0.0) < 0.8 or np.quantile(np.abs(steps), 0.9) > 0.3 * span:
@@ -211,7 +212,8 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     """Return the axes of tables that have the same columns, in the order of these."""
     data = Samples(tables)
     _refuse_many(tables[0], moving := int(data.moving.sum()), MOST_MOVING)
-    if (clock := _clock(data)).column is None and not clock.unit:
+    n = (clock := _clock(data)).column
+    if not clock.unit if n is None else not data.said[n].unit and _counts_rows(data.x[:, n]):
         clock = _said_clock(data.constants | tables[0].constants) or clock
     t = data.x[:, clock.column] if clock.column is not None else np.arange(len(data.x), dtype=float)
     data.moving &= ~_stamps(data, t)
@@ -904,7 +906,9 @@ class _Motion:
             parts = [1.0 - whole / _left(np.delete(basis, k, 1), y)[0] for k in (0, 2)]
             joint = 1.0 - whole / _left(basis[:, 2:], y)[0]
             if (score := parts[0] + (parts[1] if parts[0] > 0.01 else 0.2 * parts[1]) + 0.2 * joint) > best:
-                best, braking, sign = score, parts[0], -1 if sum(_pushes(basis, weights)) < 0 and score > 0.1 else 1
+                pushes = _pushes(basis, weights)
+                turned = pushes[0] < 0.0 and pushes.sum() < -BRAKED * y.var()  # in the mean its power drives the axis
+                best, braking, sign = score, parts[0], -1 if turned else 1
         return best, braking, sign
 
     def is_torn(self, values: Real) -> bool:
@@ -913,7 +917,8 @@ class _Motion:
         for basis, y, spread in self._over(values):
             left, weights = _left(basis, y)
             of_mass = 1.0 - left / _left(np.delete(basis, 2, 1), y)[0]
-            best = min(best, (left / (spread + 1e-300), of_mass, *_pushes(basis, weights) / (y.var() or 1.0)))
+            pushes = _pushes(basis, weights)
+            best = min(best, (left / (spread + 1e-300), of_mass, *pushes / (max(y.var(), *np.abs(pushes)) or 1.0)))
         _, of_mass, brakes, accelerates = best
         return of_mass > SEEN and brakes * accelerates < 0.0 and min(abs(brakes), abs(accelerates)) > BRAKED
 
@@ -924,10 +929,10 @@ def _left(basis: Real, y: Real) -> tuple[float, Real]:
 
 
 def _pushes(basis: Real, weights: Real) -> Real:
-    """Return the variance that friction and inertia explain of a force, below 0 where they drive: shape (2,)."""
-    braking = [0, 1, 3] if np.ptp(basis[:, 0]) == 0.0 else [0, 1]  # in one direction its level is friction
+    """Return the square that friction and inertia have in a force, below 0 where they drive: shape (2,)."""
+    braking = [0, 1, 3] if abs(basis[:, 0].mean()) > 0.9 else [0, 1]  # in one direction its level is friction
     brakes, accelerates = basis[:, braking] @ weights[braking], basis[:, 2] * weights[2]
-    return np.array([np.sign(brakes @ basis[:, 1]) * brakes.var(), np.sign(weights[2]) * accelerates.var()])
+    return np.array([np.sign(brakes @ basis[:, 1]) * (brakes**2).mean(), np.sign(weights[2]) * accelerates.var()])
 
 
 def _by_velocity(data: Samples, movements: Sequence[_Movement]) -> list[_Movement]:

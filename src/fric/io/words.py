@@ -172,7 +172,8 @@ def of_axis(column: Column, tag: str | None) -> Spoken:
     if tag not in {*"xyz"}:
         return spoken(column)
     if (says := spoken(column)).quantity is None:
-        rest = " ".join(word for word in _words(bare(column)).split() if word != tag)
+        name = _words(bare(column))
+        rest = re.sub(rf"\b{tag}\b" if tag in name.split() else rf"\b{tag}|{tag}\b", "", name).strip()
         says = spoken(Column(rest or "pos", column.unit))
         of = "position" if says.quantity is None and (says.commanded or says.measured) else says.quantity
         says = says._replace(quantity=of)
@@ -241,13 +242,13 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
     ``roll_angle, roll_rate, yaw_angle, yaw_rate`` are of two axes, ``x1, x2, force`` of none; x, y, z may be within.
     """
     plain = (re.sub(r"\((?::,)?(\w+)\)$", r" \1", bare(column)) for column in columns)  # J1 is no joule
-    names = [tuple(_words(name).split()) for name in plain]
+    names = _parted([_words(name).split() for name in plain])
     shown = [spoken(column).quantity or "" for column in columns]  # IL.FB [A] and VL.FB [rpm] are of no two axes
     first, last = [0] * len(names), [len(name) - 1 for name in names]
     letters = sum(name[-1:] in {("x",), ("y",), ("z",)} for name in names)
     numbers = [next((n for n in reversed(range(len(name))) if re.fullmatch(r"\d{1,2}", name[n])), -1) for name in names]
     within = [next((n for n, word in enumerate(name) if word in {*"xyz"}), -1) for name in names]
-    for places in (numbers, last, first, within) if letters > 1 else (numbers, first, last, within):
+    for places in (numbers, within, last, first) if letters > 1 else (numbers, first, last, within):
         rests: dict[str, set[tuple[str, ...]]] = {}
         found = [""] * len(names)
         for k, (name, n) in enumerate(zip(names, places, strict=True)):
@@ -258,6 +259,21 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
         if len(known := {word for word, rest in common.items() if rest and len(rests[word]) > 1}) > 1:
             return [word if word in known else None for word in found]
     return [None] * len(names)
+
+
+def _parted(names: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:
+    """Return names of words, an x, y or z apart from a rest that two of them are stuck to: ``xfb, yfb``.
+
+    A letter that is known so, or stands alone, is also apart from a word that says something: ``xcur`` without a ycur.
+    """
+    words = {word for name in names for word in name if len(word) > 1}
+    ends = [(word[0], "{} " + word[1:]) for word in words] + [(word[-1], word[:-1] + " {}") for word in words]
+    stuck = {(letter, rest) for letter, rest in ends if letter in {*"xyz"}}
+    both = {rest for letter, rest in stuck if any((other, rest) in stuck for other in {*"xyz"} - {letter})}
+    known = {letter for letter, rest in stuck if rest in both}.union(*names)
+    both |= {rest for letter, rest in stuck if letter in known and rest[0] == "{" and says_something(rest[3:])}
+    apart = {rest.format(letter).replace(" ", ""): rest.format(letter) for letter, rest in stuck if rest in both}
+    return [tuple(" ".join(apart.get(word, word) for word in name).split()) for name in names]
 
 
 @cache

@@ -109,7 +109,8 @@ def _columns(shape: text.Shape, cells: Sequence["pd.Series[Any]"]) -> _Listing |
         return None
     says = [spoken(column).quantity for column in shape.columns]
     time = min(times, key=lambda n: (says[n] != "time", n not in dates, n))
-    values = [n for n in changing if n not in {time, *dates} and says[n] not in {"time", "row"}]
+    sampled = [n for n in rest if n in changing or says[n] in text.MOTION]  # what is of a motion may rest at first
+    values = [n for n in sampled if n not in {time, *dates} and says[n] not in {"time", "row"}]
     columns = [Column(name, "s" if n in dates else unit) for n, (name, unit) in enumerate(shape.columns)]
     return _Listing(replace(shape, columns=tuple(columns)), time, values[0], names, units) if len(values) == 1 else None
 

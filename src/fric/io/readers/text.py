@@ -23,7 +23,7 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError, printable
 from fric.flaws.files import LINE_CUT
 from fric.input import foreign, other_kind
-from fric.io.readers.base import Column, ForeignTable, Format, Memory, RowBlock, named, whole_stamps
+from fric.io.readers.base import RECORD, Column, ForeignTable, Format, Memory, RowBlock, named, whole_stamps
 from fric.io.readers.joined import GAP
 from fric.io.words import fits, spoken
 from fric.units import is_unit
@@ -338,7 +338,9 @@ def _preamble(lines: list[str], delimiter: str) -> dict[str, str]:
         head, mark, rest = line.partition(delimiter if delimiter != "whitespace" else ":")
         if not mark or (":" in head.rstrip(" :") and delimiter != "whitespace"):
             head, mark, rest = line.partition(":" if ":" in line else "=")
-        name = head.strip(" \t:#%\"'=")
+        if not mark and (said := re.fullmatch(r"(\W+[^\W\d].*?)\s+(\d\S*\s*[^\W\d]+)\s*", line)):
+            head, rest = said.groups()  # ; sample time 250 us
+        name = head.strip(" \t:;#%\"'=")
         value, *more = [rest.strip().strip("\"'")] if delimiter == "whitespace" else split(rest, delimiter) or [""]
         if name and value and name not in found:
             found |= {f"{name} [{more[0]}]": f"{value} {more[0]}"} if more and _unit(more[0]) else {}  # Cycle;2;ms
@@ -392,7 +394,28 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     if topics is not None:
         yield topics
         return
-    yield table if labels is None else _beside_each_other(table, *labels)
+    yield from (_of_ids(table, rows) or [table]) if labels is None else [_beside_each_other(table, *labels)]
+
+
+def _of_ids(table: "TextTable", rows: Sequence[Sequence[str]]) -> Sequence[ForeignTable]:
+    """Return a table for each word of the only column of words, at each of which a clock or a count begins again."""
+    cells, decimal = [*zip(*rows, strict=False)], table.shape.decimal
+    words = [n for n, of in enumerate(cells) if not any(not c or is_number(c, decimal) or _STAMP.match(c) for c in of)]
+    if len(words) != 1 or 3 * len({*cells[words[0]]}) > len(rows):
+        return []
+    with table.path.open("rb") as file:
+        file.seek(max(table.path.stat().st_size - LOOK, 0))
+        end = file.read().decode(table.shape.encoding, "replace").rstrip().rpartition("\n")[2]
+    if cells[words[0]][0] in split(end, table.shape.delimiter):  # a state, or the same in all rows
+        return []
+    frame = pd.concat([frame for frame, _ in table.frames()], ignore_index=True)
+    ids, rest = frame[words[0]].astype("str").str.strip(), [n for n in range(len(table.columns)) if n != words[0]]
+    begins, columns = np.flatnonzero(ids != ids.shift()), [table.columns[n] for n in rest]
+    values = [as_numbers(frame[n], decimal, table.columns[n].unit) for n in rest]
+    again = any(np.array_equal(np.flatnonzero(np.diff(x) <= 0.0) + 1, begins[1:]) for x in values)
+    pieces = zip(ids[begins], *(np.split(x, begins[1:]) for x in values), strict=True)
+    found = {of: Memory(table.path, columns, x, table.constants, {"name": of, RECORD: of}) for of, *x in pieces}
+    return [*found.values()] if again and len(found) == len(begins) > 1 else []
 
 
 def _has_gaps(rows: Sequence[Sequence[str]], shape: Shape) -> bool:
