@@ -471,6 +471,7 @@ def several(given: float | str | Sequence[str | float] | None, dimension: str, m
     """Return quantities given as a list, or as a text with commas; None if not given."""
     if given is None:
         return None
-    texts = [text for text in given.split(",") if text.strip()] or [given] if isinstance(given, str) else []
-    ones = texts or ([given] if isinstance(given, float | int) else given)
+    if isinstance(given, str):
+        given = [text for text in given.split(",") if text.strip()] or [given]
+    ones = [given] if isinstance(given, float | int) else given
     return [in_si(value, dimension, motion) for value in ones]
