@@ -73,6 +73,15 @@ def test_headers_are_understood(tmp_path, header):
     assert set(test.axes["y"].channels()) == {"time", "reference", "position"}
 
 
+def test_a_commanded_position_in_words_that_are_not_known_is_no_measured_one(tmp_path):
+    """The command was the circle that was measured: no glitch at all. Both are told apart."""
+    header = "時間 [s],X軸 指令位置 [mm],X軸 実位置 [mm],Y軸 指令位置 [mm],Y軸 実位置 [mm],X軸 トルク指令 [V]"
+    trace(tmp_path / "a.csv", header=header)
+    circle = ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5").tests[0].axes["x"]
+    assert circle.reference is not None
+    np.testing.assert_allclose(circle.position - circle.reference, 1e-6, atol=1e-12)
+
+
 @pytest.mark.parametrize("name", ["Torque x [%]", "Iq x [A]", "x [A]"])
 def test_a_force_in_the_drives_unit_stays_in_it(tmp_path, name):
     """The current of a foreign circle was dropped in silence, and its axis had no gains."""

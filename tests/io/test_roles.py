@@ -445,6 +445,40 @@ def test_signals_of_simulink_and_units_above_a_header(tmp_path: Path) -> None:
     ]
 
 
+def test_runs_of_simulink_whose_signals_share_labels_are_a_record_each(tmp_path: Path) -> None:
+    """The last run's signals stood beside the first one's time, and the others were lost; ``ms`` is no unit there."""
+    a = axis_of_a_drive()
+
+    def scope(rows: int, *named: tuple[str, str]) -> dict[str, object]:
+        signals = [{"values": a[name][:rows, None], "label": label} for label, name in named]
+        return {"time": a["t"][:rows, None], "signals": np.array(signals, dtype=object)}
+
+    of = ("pos_meas", "position"), ("F_motor", "current"), ("u_ctrl", "velocity")
+    savemat(tmp_path / "x_runs.mat", {f"run{n}": scope(3000 + 100 * (n % 2), *of) for n in range(3)})
+    savemat(tmp_path / "x_response.mat", {"ms": scope(3000, *of)})
+    found = list(tables(tmp_path / "x_runs.mat"))
+    assert [table.said["name"] for table in found] == ["x_runs-run1", "x_runs-run0", "x_runs-run2"]
+    assert {tuple(column.name for column in table.columns) for table in found} == {
+        ("time", "pos_meas", "F_motor", "u_ctrl")
+    }
+    (axis,) = told(tmp_path / "x_response.mat")
+    assert axis.roles["time"].unit == "s"
+
+
+def test_a_force_in_newtons_by_the_end_of_its_name_is_sure_beside_a_voltage(tmp_path: Path) -> None:
+    t = np.arange(8000) / 2e3
+    u = sum(np.sin(2.0 * np.pi * f * t + f) for f in range(3, 60, 4)) / 5.0
+    v = np.cumsum(u) / 2e3 * 3.0
+    x, F = (
+        30.0 * t + 1e3 * np.cumsum(v) / 2e3,
+        180.0 * np.asarray(u) + np.random.default_rng(1).normal(0.0, 1.0, len(t)),
+    )
+    path = write(tmp_path / "frf.csv", "t_s;u_V;x_mm;F_N", t, np.asarray(u), x, F)
+    (axis,) = told(path)
+    assert (axis.roles["force"].unit, axis.roles["input"].unit) == ("N", "V")
+    assert axis.roles["force"].likelihood >= SURE
+
+
 def test_the_end_of_a_path_says_what_a_column_is_and_a_joint_stays_one(tmp_path: Path) -> None:
     a = axis_of_a_drive()
     names = [f"/joint_states/{joint}/{of}" for joint in ("arm", "hand") for of in ("position", "velocity", "effort")]

@@ -90,7 +90,7 @@ def _motion_of(table: ForeignTable, channels: Mapping[str, ColumnMapping], field
 
 def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
     """Return the channels that the header names, as ``x_ref [mm]`` or ``position x [µm]``; measured ones first."""
-    found: dict[str, tuple[bool, int]] = {}
+    found: dict[str, tuple[bool, bool, int]] = {}  # an effort that is asked for comes last
     for n, column in enumerate(table.columns):
         axis, name = _axis_of(column._replace(name=bare(column)))
         says, measures = spoken(Column(name, column.unit)), partial(converts, column.unit)
@@ -99,7 +99,7 @@ def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
         elif axis:
             moves = in_units_of("linear", column.unit)
             of = {"force", "current", *([""] if moves in {"linear", "linear/A"} else [])}  # % may be of anything
-            pushes = says.means in of and not says.commanded
+            pushes = says.means in of
             shown = {"input": measures("input") and says.means in {"", "input"},
                      "force": pushes and converts(column.unit, "force", moves)}  # fmt: skip
         else:
@@ -107,9 +107,10 @@ def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
             shown = {"time": says.quantity == "time", "deviation": deviates and measures("position"),
                      "angle": not deviates and measures("angle")}  # fmt: skip
         channel = next((f"{axis}.{of}".removeprefix(".") for of, fits in shown.items() if fits), "")
-        if channel and (channel not in found or (not says.measured, n) < found[channel]):
-            found[channel] = not says.measured, n
-    return {name: ColumnMapping(column=n) for name, (_, n) in found.items()}
+        rank = says.commanded and not channel.endswith("reference"), not says.measured, n
+        if channel and (channel not in found or rank < found[channel]):
+            found[channel] = rank
+    return {name: ColumnMapping(column=n) for name, (*_, n) in found.items()}
 
 
 def _axis_of(column: Column) -> tuple[str, str]:
