@@ -148,9 +148,7 @@ class ContourError(Judged):
     """The distance from a path, along it."""
 
     station: Real  # Distance travelled [m], shape (n,)
-    # Distance from the path [m], shape (n,): positive to the right of the motion, which is outwards where a contour is
-    # run counter-clockwise
-    error: Real
+    error: Real  # Distance from the path [m], shape (n,): positive to the right, outwards if run counter-clockwise
     reversals: tuple[Reversal, ...]  # Where an axis reverses, in the order of the motion
 
     oscillation: ClassVar[float] = 0.0

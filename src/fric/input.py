@@ -123,7 +123,7 @@ def _ours(error: Exception) -> bool:
     return place is not None and place.tb_frame.f_code.co_filename.startswith(_OWN)
 
 
-TAKEN = {
+TAKEN = {  # What to type with a file of each kind that fric writes
     "plan": ("fric simulate experiment MACHINE.yaml --plan {0} -o log.h5",),
     "block": ("fric simulate circle MACHINE.yaml --with x={0}",),
     "friction": ("fric simulate circle MACHINE.yaml --friction x={0}", "fric identify gms LOG.h5 --static {0}"),
@@ -138,8 +138,7 @@ TAKEN = {
     "schemes": ("fric simulate circle MACHINE.yaml --schemes {0}",),
     "spread": ("fric simulate circle MACHINE.yaml --monte-carlo 100 --spread {0}",),
 }
-"""What to type with a file of each kind that fric writes."""
-MADE = {
+MADE = {  # How a file of each kind is made
     "friction": "`fric identify static LOG.h5 -o friction.yaml`",
     "plant": "`fric identify plant LOG.h5 -o plant.yaml`",
     "controller": "`fric design controller PLANT.yaml -o controller.yaml`",
@@ -150,7 +149,6 @@ MADE = {
     "circle": "`fric ingest --kind circle FILE -o circle.h5`",
     "run": "`fric simulate circle MACHINE.yaml -o run.h5`",
 }
-"""How a file of each kind is made."""
 
 
 def other_kind(path: Path, given: str, wanted: str) -> FricError:

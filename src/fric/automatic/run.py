@@ -325,15 +325,13 @@ def _found(name: str, outcome: AxisOutcome) -> Table:
     return named(("", "value", "95 % interval", "unit"), rows, f"axis {name}", notices)
 
 
-FOUND: Mapping[str, tuple[str, ...]] = {
+FOUND: Mapping[str, tuple[str, ...]] = {  # Sections of each part's file that the table of results shows
     "plant": (), "controller": (), "friction": ("static", "static_negative", "gms", "at_speed")
 }  # fmt: skip
-"""Sections of each part's file that the table of results shows."""
-SHOWN = (
+SHOWN = (  # The numbers that it shows
     "A", "B", "T_d", "K_f", "K_f/B", "K_v", "K_p", "K_i", "velocity_feedforward",
     "F_c", "F_s", "v_s", "delta", "sigma", "F_v", "offset", "C",
 )  # fmt: skip
-"""The numbers that it shows."""
 
 
 @verb

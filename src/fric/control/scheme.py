@@ -121,7 +121,7 @@ class Scheme:
 
 NONE = Scheme("a", "none")
 
-PAPER_SCHEMES: dict[str, Scheme] = {
+PAPER_SCHEMES: dict[str, Scheme] = {  # The six schemes of Table 2
     scheme.name: scheme
     for scheme in (
         NONE,
@@ -132,7 +132,6 @@ PAPER_SCHEMES: dict[str, Scheme] = {
         Scheme("f", "GMS + observer", friction="gms", blocks=(OBSERVER,)),
     )
 }
-"""The six schemes of Table 2."""
 
 
 def choose_schemes(asked: str, known: Mapping[str, Scheme] | None = None) -> list[Scheme]:

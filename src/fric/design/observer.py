@@ -21,8 +21,7 @@ from fric.verb import require_within
 
 CIRCLE_95 = float(np.sqrt(-2 * np.log(0.05)))
 """Radius of the circle that holds 95 % of a complex normal error, over the deviation of its real and imaginary part."""
-SURE = 0.5
-"""Radius below which a line without any perturbation has |Delta| and its confidence below 1: |Delta| is in it, too."""
+SURE = 0.5  # Radius below which a line without perturbation has |Delta|, itself in it, and its confidence below 1
 
 
 @dataclass(frozen=True)
@@ -31,8 +30,7 @@ class StructuralMode:
 
     frequency: float  # ω/2π [Hz]
     damping: float  # ζ, below 1
-    # Mobility over that of the rigid body, at the encoder: positive where encoder and motor move in phase
-    share: float = 1.0
+    share: float = 1.0  # Mobility over that of the rigid body, at the encoder: positive where it and motor are in phase
 
     def __post_init__(self) -> None:
         require_within(self, "the resonance", frequency="(0, inf)", damping="(0, 1)")

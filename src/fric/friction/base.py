@@ -91,8 +91,7 @@ class FrictionModel(Parametrised):
 
     properties: ClassVar[frozenset[Property]]
     step: ClassVar[Step]
-    identified: ClassVar[bool] = True
-    """False for a model that is simulated only, and that no `fric identify` looks for."""
+    identified: ClassVar[bool] = True  # False for a model that is simulated only, and that no `fric identify` looks for
 
     def __post_init__(self) -> None:
         require_numbers(self, *_names(type(self)))

@@ -82,8 +82,7 @@ def mean_map(static: StaticMap, negative: StaticMap | None) -> StaticMap:
 
 
 PLAY = 1e-6  # Travel back that makes a reversal [m]: fluctuations by encoder counts are smaller
-KNEE, RATIO, STEP_BEYOND = 28, 0.25, 3e-4
-"""Points that are a ratio ``e^RATIO`` apart, up to a millimetre, and the distance of those behind [m]."""
+KNEE, RATIO, STEP_BEYOND = 28, 0.25, 3e-4  # Points a ratio ``e^RATIO`` apart, up to 1 mm, distance of later ones [m]
 
 
 def travels(longest: float) -> Real:

@@ -33,8 +33,7 @@ PLACES, FEWER = 5, 3
 numbers, so that the median is a run."""
 LONG = 1_000_000  # Samples of all axes
 SLOW = 0.03  # Feed below which every run depends on counts [m/s]
-ACCURACY = 5e-9
-"""Largest error of the integration of runs that depend on counts [m]; counts move a position by ten times that."""
+ACCURACY = 5e-9  # Largest integration error of runs that depend on counts [m]; counts move a position by ten times that
 MOST_KEPT = 500_000  # Samples of all axes from which on the runs at other places are not kept
 WIDTH = {PLACES: 4.2, FEWER: 6.9}  # Half of the interval over the standard deviation, by the number of values
 
@@ -95,9 +94,7 @@ class How(TypedDict, total=False):
 
     only: str | None  # Name of the one axis that is simulated, while the other follows its reference exactly
     halvings: int  # How often every step of the plant is halved, to see that this changes nothing
-    # Largest error of a position by the integration of the plant [m]; 0 for the last digits. A run that depends on
-    # counts is integrated to `ACCURACY` at best
-    accuracy: float
+    accuracy: float  # Largest error of positions by integration [m], with counts `ACCURACY` at best; 0: last digits
     places: int  # Number of places for a run that depends on counts; 1 for the machine as given
     schemes: int  # Number of schemes whose traces are kept together
 

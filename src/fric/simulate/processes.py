@@ -236,14 +236,11 @@ class Study:
     schemes: tuple[Scheme, ...]  # The compensation schemes
     circle: Circle = field(default_factory=Circle)  # The test
     seed: int = 0  # Seed of the machines
-    # spreads, intervals, covariances, discrepancies: what is drawn, as in `draw_machine`
-    spreads: Mapping[str, Spread] = field(default_factory=lambda: DEFAULT_SPREADS)
+    spreads: Mapping[str, Spread] = field(default_factory=lambda: DEFAULT_SPREADS)  # What is drawn: see `draw_machine`
     intervals: Mapping[str, Intervals] = field(default_factory=dict)
     covariances: Mapping[str, Sequence[Covariance]] = field(default_factory=dict)
     discrepancies: Mapping[str, Mapping[str, Spread]] = field(default_factory=dict)
-    # Makes each machine agree with circles that were measured, by the machine and its number; see
-    # `fric.circles.tune`
-    completion: Callable[[Machine, int], Machine] | None = None
+    completion: Callable[[Machine, int], Machine] | None = None  # Makes it agree with circles (`fric.circles.tune`)
     only: str | None = None  # Name of the one axis that is simulated
     accuracy: float = ACCURACY  # Largest error of a glitch by the integration of the plant [m]; 0 for the last digits
 
@@ -283,10 +280,8 @@ class Outcome:
     """Results of the schemes on one of the machines."""
 
     index: int  # Number of the machine
-    # What was drawn for it, by ``AXIS.NAME``: factors of spreads [1], values drawn from intervals [SI]
-    drawn: Mapping[str, float]
-    # Glitch per scheme at +x, +y, -x and -y [m], shape (schemes, 4); nan where the scheme could not run
-    quadrants: Real
+    drawn: Mapping[str, float]  # What was drawn, by ``AXIS.NAME``: factors of spreads [1], values of intervals [SI]
+    quadrants: Real  # Glitch per scheme at +x, +y, -x and -y [m], shape (schemes, 4); nan where it could not run
     saturated: Mask  # Whether the drive saturated, shape (schemes,)
     swings: Real  # What swings where no axis reverses [m], shape (schemes,); nan where the scheme could not run
     failures: Mapping[str, str]  # Why a scheme could not run, by its name: a loop that is not stable on this machine
@@ -308,8 +303,7 @@ class MonteCarlo:
 
     study: Study  # What was run
     asked: int  # Requested number of machines
-    # Those that were run: machines 0, 1, 2, …, fewer than requested where the study was interrupted
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[Outcome, ...]  # Of machines 0, 1, 2, …; fewer than requested where it was interrupted
 
     def __len__(self) -> int:
         return len(self.outcomes)

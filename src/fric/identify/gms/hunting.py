@@ -35,8 +35,7 @@ from fric.simulate.reality.trace import logged
 CYCLES = 2  # Number of whole cycles of a record to simulate
 RATE, FILTER = 4000.0, 500.0  # Least sampling rate of the controller, and corner of the low-pass on its velocity [Hz]
 PLACES = 3  # Number of places between two counts for the simulations with each cascade
-FINEST = 1 / 4096
-"""Resolution of the reference as a part of a count: the last bits of a smoothed record depend on the processor."""
+FINEST = 1 / 4096  # Resolution of the reference in counts: the last bits of a smoothed record depend on the processor
 LAGS = (20.0, 12.0)
 """Period of the velocity loop's crossover over all lags in it, of the soft and of the stiff cascade.
 

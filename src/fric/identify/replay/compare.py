@@ -88,8 +88,7 @@ class Baseline:
 
     name: str  # What is subtracted
     parameters: int  # Number of parameters that were fitted
-    # Measured less modelled force [N] of each record, from the split that scores a sample; nan where none does
-    residual: tuple[Real, ...]
+    residual: tuple[Real, ...]  # Measured less modelled force [N], by record, from the split that scores; nan elsewhere
     rms: float  # rms, rms_near: root mean square of that over all samples scored, and over those near reversals [N]
     rms_near: float
 
@@ -121,18 +120,13 @@ class Score(Baseline):
 class Comparison:
     """Friction models, the best first."""
 
-    # The models by their rms; of those that differ by rounding the model of fewer parameters is first
-    scores: tuple[Score, ...]
+    scores: tuple[Score, ...]  # The models by rms; of those that differ by rounding that of fewer parameters first
     records: tuple[Prepared, ...]  # The records
     near: Masks  # Which samples are near reversals, one mask a record
-    # Pre-sliding length of each record [m]: the travel after a reversal until the force has changed by nine tenths
-    presliding: tuple[float, ...]
+    presliding: tuple[float, ...]  # Travel after a reversal until nine tenths of the force's change [m], by record
     baselines: tuple[Baseline, ...]  # What is left without a dynamic model
-    # The best model; None where its lead over another, or over a baseline, does not exceed the error of that lead
-    winner: str | None
-    # For each other model and baseline, and those without memory near reversals, how much lower the mean squared
-    # residual of the best model is, and half the 95 % interval of that [N²]
-    leads: dict[str, tuple[float, float]]
+    winner: str | None  # The best model; None where its lead over another or a baseline is within its error
+    leads: dict[str, tuple[float, float]]  # How much less the best leaves than others [N²], and half the 95 % interval
     warnings: tuple[Notice, ...]  # Warnings: what the records do not determine
 
 

@@ -318,8 +318,7 @@ def slopes(coordinates: Coordinates, x: Real) -> dict[Key, Slopes]:
 
 SUSPECTED = 0.6  # Lag [samples] above which the lag is estimated again, with the force moved by it
 CLEAR = 2.5  # Ratio of mean lag to half-width above which a lag is reported: hunting looks like a smaller lag
-LATEST_SAMPLES, LATEST = 4.0, 10e-3
-"""Largest lag of a log, in samples or by a filter [s]: friction without corners looks like a longer lag."""
+LATEST_SAMPLES, LATEST = 4.0, 10e-3  # Largest lag in samples, or by a filter [s]: smooth friction looks like a lag
 BLOCKS = 3  # Number of blocks for a virgin curve of any shape
 
 
@@ -543,8 +542,7 @@ def _rates(model: FrictionModel, records: Sequence[Prepared]) -> list[Real]:
 ROW, MOST_SAMPLES = 160, 40_000  # Number of blocks in the row, and of samples in its replay
 BEYOND = 1.5  # Excess width of the row over the blocks on either side, in the logarithm of k/alpha
 WORSE = 1.02  # Ratio of squared residuals above which a place is rejected: the force is interpolated in the row
-TRIED, SETTLED, STEPS = 20_000, 40, 24
-"""Largest number of places tried on the grid, number of places refined, and least-squares steps from each."""
+TRIED, SETTLED, STEPS = 20_000, 40, 24  # Most places tried on the grid; places refined; least-squares steps from each
 RIVALS, PLACES_APART = 3, 0.05  # Points kept beside the best, and their least distance in log(k/alpha) of some block
 DRAWS, LEAST = 96, 1e-4  # Number of noise draws, and the share of a step over which their effect is linear
 
@@ -555,15 +553,12 @@ class Placement:
 
     search: Search  # The search
     model: GMS  # The model whose static map and C are taken
-    # What a block of unit share adds to the force over the logarithm of its k/alpha, in d directions
-    blocks: CubicSpline
+    blocks: CubicSpline  # Force of a block of unit share over the logarithm of its k/alpha, in d directions
     target: Real  # The measured force in these directions, shape (d,)
     noisy: int  # Number of rows that are measured; the last row states that shares sum to 1
     apart: float  # How far two knots are apart at least, over F_s [m/N]
-    # places, shares: the least-squares points: the logarithms of k/alpha [N/m], and the shares, shape (m, N), the best
-    # first
-    places: Real
-    shares: Real
+    places: Real  # Logarithms of k/alpha [N/m] of the least-squares points, shape (m, N), the best first
+    shares: Real  # The shares there, shape (m, N)
 
     def point(self, places: Real, shares: Real) -> Real:
         """Return the point of the search (p,) of some blocks, in the order in which they slip."""
@@ -726,8 +721,7 @@ class ReplayFit:
     model: FrictionModel  # The model with the values found
     axis: str  # axis, motion: name and motion of the axis
     motion: Motion
-    # Its parameters with their 95 % intervals, by section of a friction file and name
-    estimates: dict[str, dict[str, Estimate]]
+    estimates: dict[str, dict[str, Estimate]]  # With 95 % intervals, by section of a friction file and name
     records: tuple[Prepared, ...]  # The records, and which of their samples were fitted
     level: Estimate  # Level of the records relative to a static map that was held, where it was fitted; else 1
     own: tuple[tuple[float, ...], ...]  # Terms of each record, in the order of its `Preparation.own`
@@ -738,8 +732,7 @@ class ReplayFit:
     x: Real
     spread: Real  # Covariance of ``x``, shape (p, p); nan where the records do not determine it
     covariance: Covariance  # Covariance of the fitted parameters
-    # Lag of the logged force behind the position [s], by record, see `lateness`
-    late: Mapping[str, Estimate]
+    late: Mapping[str, Estimate]  # Lag of force behind position [s], by record, see `lateness`
     warnings: tuple[Notice, ...] = ()  # Warnings: what the records do not determine
     # Standard deviation of the ``level`` [1], the ``offset`` [N] and the ``mass`` [kg] of records, where seen
     between_records: Mapping[str, Estimate] = field(default_factory=dict)

@@ -35,8 +35,7 @@ from fric.records.prepared import Prepared
 from fric.records.resolution import noise_level
 from fric.search import minimised
 
-Ranges = Mapping[str, tuple[float, float]]
-"""Least and largest value in SI that the records can show, by dimension (see `fric.units`)."""
+Ranges = Mapping[str, tuple[float, float]]  # Least and largest value in SI that records can show, by dimension
 
 Scale = Literal["log", "linear", "ratio", "share"]
 Key = tuple[str, str]  # Section and name of a parameter
@@ -259,8 +258,7 @@ def search_ranges(records: Sequence[Prepared]) -> Ranges:
 
 COARSE = 4_000  # Number of samples in the coarse search
 LITTLE, SEARCHES = 0.1, 4  # Share of the force's squares that a search may leave, and the most searches
-FAST, RIGID = 0.1, 1.5
-"""Speed from which on friction slides, relative to the fastest; what a search may leave of it over a line in speed."""
+FAST, RIGID = 0.1, 1.5  # Speed from which friction slides, over the fastest; what a line in speed may leave of it
 EVALUATIONS = 150  # Replays of the coarse search, over the number of unknowns plus one
 HOP, HOPS = 12, 4  # Least-squares steps after a hop of a block, and hops of each block
 GOLDEN = 0.6180339887498949
@@ -282,8 +280,7 @@ class Search:
 
     coordinates: Coordinates  # What is searched
     records: Sequence[Prepared]  # Force that it is compared with
-    # Weight of each used sample, one array a record; equal where not given. Their mean square is 1.
-    weights: tuple[Real, ...] | None = None
+    weights: tuple[Real, ...] | None = None  # Of each used sample, by record; their mean square is 1. None: equal
 
     @cached_property
     def _weighted(self) -> list[tuple[Real, Real]]:

@@ -38,14 +38,13 @@ LEAST_RISE = 1e-6  # Least rise of F_s with age, as a share of F_s
 DIFFERENT = 1e-3  # Probability of such a gain by chance below which a richer form is used
 FEWEST = 8  # Least number of strokes for a richer form
 GROUPS = 10  # Number of groups of strokes that are left out in turn for an interval
-DESCRIPTIONS = {
+DESCRIPTIONS = {  # Names of the forms, in the order in which they are reported
     "stribeck": "by eq. (2)",
     "coulomb": "without the Stribeck fall",
     "delta": "with delta free",
     "ages": "with an F_s that ages",
     "each": "by a map for each direction",
 }
-"""Names of the forms, in the order in which they are reported."""
 
 
 def weighted_rms(weight: Real, errors: Real) -> float:

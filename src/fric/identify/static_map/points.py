@@ -386,8 +386,7 @@ class Stretches(dict[int, tuple[Log, Segment]]):
         return over_place(list(self.values()))
 
 
-Into = Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem]
-"""A change of the problem that is fitted to points."""
+Into = Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem]  # A change of the problem fitted to points
 
 
 @dataclass(frozen=True)

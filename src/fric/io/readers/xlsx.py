@@ -23,10 +23,8 @@ FORMAT = Format("Excel", (".xlsx", ".xlsm"), "openpyxl", "xlsx")
 LOOK = 64  # Rows at the beginning that are read to find the header
 ROWS = 16_384  # Rows a block: cells are objects until they are numbers
 MOST_UNPACKED = 4 << 30  # Bytes of a workbook, unpacked, at most
-MOST_HELD, MOST_TEXTS = 8 << 20, 32 << 20
-"""Largest size [byte] of a file in it but a sheet, held in memory by the library, and of the file with its texts."""
-SMALL, MOST_ROW = 64 << 20, 8 << 20
-"""Bytes of a sheet that are read anyhow, and of a row at most: a row has 16,384 cells."""
+MOST_HELD, MOST_TEXTS = 8 << 20, 32 << 20  # Largest file in it but a sheet, held in memory, and with its texts [byte]
+SMALL, MOST_ROW = 64 << 20, 8 << 20  # Bytes of a sheet that are read anyhow, and of a row (16,384 cells) at most
 MOST_PACKED = 200  # Largest ratio of the bytes of a sheet to its stored bytes
 MOST_ROWS = 1 << 20  # Rows that a sheet has at most
 
