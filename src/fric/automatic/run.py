@@ -13,19 +13,10 @@ from typing import Annotated, Any
 
 from pydantic import ValidationError
 
+from fric.automatic import steps
 from fric.automatic.fleet import FleetResult, FleetStudy, find_fleet, fleet
 from fric.automatic.sources import LEAVES_OUT, Source, Sources, find_sources
-from fric.automatic.steps import (
-    SPARED,
-    AxisOutcome,
-    Session,
-    Step,
-    identify_axes,
-    ingest_steps,
-    step,
-    take_efforts,
-    trace_step,
-)
+from fric.automatic.steps import AxisOutcome, Session, Step, step
 from fric.circles.gains import GAINS, USUAL
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.base import provenance
@@ -262,7 +253,7 @@ class AutoResult(Result, schema=AutoDocument):
         if inputs and inputs.tests:
             return inputs.verdict(inputs.tests[-1])
         lacks = (text for axis in self.axes.values() for text in axis.missing if not axis.whole)
-        missing = tuple(text for text in lacks if text.partition(":")[0] not in SPARED)
+        missing = tuple(text for text in lacks if text.partition(":")[0] not in steps.SPARED)
         failed = next((text.partition(": ")[2] for text in self.failed if text.startswith("circle: ")), "")
         return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary, missing=missing, failed=failed))
 
@@ -418,13 +409,13 @@ def auto(
     if encoder == "load" and not any(log.loaded for log in found.logs):
         raise FricError("no log has the position of the load", hint="Name its column load_position in a mapping.")
     if given is None:  # else its plant says what its input is
-        take_efforts(found)
-    files = len(found.traces) + len(list(ingest_steps(found.logs, folder)))
+        steps.take_efforts(found)
+    files = len(found.traces) + len(list(steps.ingest_steps(found.logs, folder)))
     session = Session(folder, run, say, advance)
     session.expect(files + 6 * len({log.axis for log in found.logs}) + 2 + 2 * len(found.circles))
     session.may_know = len(questions) < MOST_QUESTIONS
     for trace, meaning in found.traces.items():
-        traced = trace_step(trace, folder, meaning)
+        traced = steps.trace_step(trace, folder, meaning)
         found.circles += traced.leaves if session.take(traced) else ()
     slow = [path for path in found.circles if any(test.is_slow for test in choose_circles([path]))]
     found.circles.sort(key=slow.__contains__)
@@ -439,7 +430,7 @@ def auto(
         rates.extend([] if file is None else [_rate(file)])
         return file
 
-    axes = identify_axes(session, found, gains, encoder, workers)
+    axes = steps.identify_axes(session, found, gains, encoder, workers)
     session.expect(2 + 2 * len(found.circles))  # steps that lack a record are not to come
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, slow, given is not None)

@@ -39,23 +39,8 @@ from fric.friction.directed import Directed
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.plant.identify import RigidAxis
-from fric.identify.replay.replay_search import (
-    HOP,
-    LEVEL,
-    STEP,
-    Coordinate,
-    Coordinates,
-    Key,
-    Point,
-    Ranges,
-    Search,
-    coordinates_of,
-    few_a_swing,
-    search_ranges,
-    side_by_side,
-    times,
-    unseen,
-)
+from fric.identify.replay import replay_search
+from fric.identify.replay.replay_search import Coordinate, Coordinates, Key, Point, Ranges, Search, side_by_side
 from fric.notice import Notice
 from fric.process import one_blas_thread
 from fric.records.flaws import record_flaws
@@ -240,7 +225,7 @@ class Solved:
         for (_, name), found in self.slopes.items():
             vector = found.parameter.per_block
             for number, n in enumerate(self.order() if vector else [0], 1):
-                if name != LEVEL.name and not (np.abs(found.slope[n, ~self.seen]) > 1e-6).any():
+                if name != replay_search.LEVEL.name and not (np.abs(found.slope[n, ~self.seen]) > 1e-6).any():
                     names.append(f"{name}_{number}" if vector else name)
                     scales.append(found.scale)
                     rows.append(found.slope[n])
@@ -310,7 +295,7 @@ def slopes(coordinates: Coordinates, x: Real) -> dict[Key, Slopes]:
             found[section, name] = value if scale == "linear" else np.log(value) - logit
         return found
 
-    centre, steps = quantities(x), STEP * (coordinates.upper - coordinates.lower)
+    centre, steps = quantities(x), replay_search.STEP * (coordinates.upper - coordinates.lower)
     moved = [quantities(x + step * unit) for step, unit in zip(steps, np.eye(len(x)), strict=True)]
     by = {key: np.array([found[key] for found in moved]) for key in centre}
     return {key: Slopes(*scales[key], at, (by[key] - at).T / steps) for key, at in centre.items()}
@@ -564,10 +549,10 @@ class Placement:
         """Return the point of the search (p,) of some blocks, in the order in which they slip."""
         total, order = float(shares.sum()), np.argsort(-places)
         found = replace(
-            self.model, static=times(self.model.static, total), alpha=tuple(shares[order] / total),
+            self.model, static=replay_search.times(self.model.static, total), alpha=tuple(shares[order] / total),
             k=tuple((shares * np.exp(places))[order]),
         )  # fmt: skip
-        return coordinates_of(self.search.coordinates, found)
+        return replay_search.coordinates_of(self.search.coordinates, found)
 
     def better(self, x: Real) -> Real:
         """Return the best point of the search (p,); x if the row of blocks gives no better place."""
@@ -639,7 +624,7 @@ def placed(search: Search, x: Real) -> Placement:
     target = search.residual(x) + table[:, ROW:] @ alpha
     small = np.asarray(np.linalg.qr(np.column_stack([table[:, :ROW], target]), mode="r"))
     noisy = len(small) - 1
-    if all(c.parameter is not LEVEL for c in search.coordinates.free):
+    if all(c.parameter is not replay_search.LEVEL for c in search.coordinates.free):
         small = np.vstack([small, np.full(ROW + 1, 1e3 * np.linalg.norm(target))])  # the shares then sum to 1
     blocks, force = CubicSpline(row, small[:, :ROW].T), small[:, ROW]
     apart = RESOLVED * identifiability_of(search.records).resolved / break_away(law.static)
@@ -791,15 +776,15 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         rigid = max(float(np.ptp(record.force[record.used])) for record in records) / (YIELDS * step)
         found = [(s, p) for s, ps in model.declared().items() for p in ps if p.dimension == "stiffness"]
         held |= {(s, p.name): rigid for s, p in found if not p.per_block and p.name not in {*free, *(fix or {})}}
-    ranges = search_ranges(records)
+    ranges = replay_search.search_ranges(records)
     coordinates = Coordinates.of(model, ranges, blocks=blocks, held=held, level=with_level, negative=negative)
     if sum(int(r.used.sum()) for r in records) <= 2 * len(coordinates.free):
         raise few
     search = Search(coordinates, records)
-    x = search.coarse(seed) if start is None else coordinates_of(coordinates, start)
+    x = search.coarse(seed) if start is None else replay_search.coordinates_of(coordinates, start)
     in_blocks = model is GMS and blocks > 1
     x = placed(search, x).better(x) if in_blocks and start is None else x
-    x = search.fine(x, HOP) if in_blocks else search.fine(x)
+    x = search.fine(x, replay_search.HOP) if in_blocks else search.fine(x)
     search, placement = search.weighed(x), None
     if in_blocks and not white(search.residual(x), [int(record.used.sum()) for record in records]):
         placement = placed(search, x)
@@ -940,14 +925,20 @@ def _described(
             estimates[section][p.name], scaled[section][p.name] = kept.get(p.name, found), found
     model = coordinates.on_guideway(coordinates.model.from_sections(scaled), solved.values)
     level = Estimate(1.0, "1")
-    if (of_level := ("static", LEVEL.name)) in within:
-        level = Estimate(solved.values["static"][LEVEL.name], "1", within[of_level][0])
+    if (of_level := ("static", replay_search.LEVEL.name)) in within:
+        level = Estimate(solved.values["static"][replay_search.LEVEL.name], "1", within[of_level][0])
     warnings += [*notices, *record_notices(records, model), *solved.edges()]
     residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])
-    parts = [(hidden, squares.mean()) for squares, hidden in (unseen(record, model) for record in records)]
+    parts = [
+        (hidden, squares.mean()) for squares, hidden in (replay_search.unseen(record, model) for record in records)
+    ]
     less = [float(np.mean(2.0 * hidden > of)) for hidden, of in parts if hidden.mean() > 0.5 * of]
-    left = [1.0 - float(record.used.mean()) for record in records if few_a_swing(record) and not record.done.starts]
+    left = [
+        1.0 - float(record.used.mean())
+        for record in records
+        if replay_search.few_a_swing(record) and not record.done.starts
+    ]
     if less or left:
         warnings.append(CHANGES_BETWEEN.found(share=max(less + left), less=not left))
     rmse = float(np.sqrt(np.mean(residual**2)))
@@ -1099,7 +1090,7 @@ def replay_information(
     level = not all(record.slides for record in records)
     coordinates = Coordinates.of(GMS, ranges, blocks=len(model.alpha), held=held, level=level)
     search = Search(coordinates, [record.trimmed() for record in records])
-    x = coordinates_of(coordinates, model)
+    x = replay_search.coordinates_of(coordinates, model)
     search = search.weighed(x)
     here = search.at(x)
     S, V = np.linalg.svd(here.gradient, full_matrices=False)[1:]
@@ -1107,7 +1098,7 @@ def replay_information(
     basis = np.eye(len(x)) if seen.all() else V[seen].T
     covariance = _covariance(search, here, basis, _quantile(here, len(basis.T)), beyond)
     information = basis @ np.linalg.inv(covariance) @ basis.T
-    levels = [n for n, c in enumerate(coordinates.free) if c.parameter is LEVEL]
+    levels = [n for n, c in enumerate(coordinates.free) if c.parameter is replay_search.LEVEL]
     kept = [n for n in range(len(x)) if n not in levels]
     information = (
         information[np.ix_(kept, kept)]
