@@ -19,8 +19,7 @@ FORCE_VELOCITY_DIMENSIONS = {  # The columns of such a table, and the dimension 
     "velocity": "velocity", "force": "force", "deviation": "force", "error": "force", "n": "ratio",
 }  # fmt: skip
 CIRCLE = "circle"  # The kind of a circle test: of two axes, whose channels are named ``x.position``, or of a ball bar
-CIRCLE_CHANNELS = ("reference", "position", "input", "force")
-"""What is recorded of each axis of a circle test, beside the time that they share."""
+CIRCLE_CHANNELS = ("reference", "position", "input", "force")  # Of each axis of a circle test, beside the time
 LARGEST_TURN = 2.0**53  # Counts after which an angle begins again, at most: a double tells no more apart
 BALL_BAR = {"angle": "rad", "deviation": "m"}  # What a ball bar measures: angle and radial deviation
 

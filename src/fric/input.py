@@ -11,8 +11,7 @@ from fric.errors import FricError, near, printable
 
 MOST_TEXT = 32 << 20  # Bytes of a document or a report that are read at most
 
-MOST_PACKED, SMALL = 3000, 1 << 20
-"""Bytes that a stored byte may declare, and bytes that may be declared however few are stored: DEFLATE reaches 1032."""
+MOST_PACKED, SMALL = 3000, 1 << 20  # Most bytes that a stored byte declares (DEFLATE: 1032), and that any may
 
 _OWN = str(Path(__file__).parent)
 

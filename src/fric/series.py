@@ -10,8 +10,7 @@ from fric.verb import refused
 if TYPE_CHECKING:
     from fric.arrays import Real
 
-LARGEST: Mapping[str, float] = {"time": 1e11, "velocity": 1e6, "ratio": 1e12}
-"""Magnitude of a value in SI that no machine reaches, by dimension; `OTHERWISE` of others."""
+LARGEST: Mapping[str, float] = {"time": 1e11, "velocity": 1e6, "ratio": 1e12}  # Values in SI that no machine reaches
 LINEAR, OTHERWISE = 1e6, 1e9  # The same of the position of a linear axis [m], and of dimensions `LARGEST` does not name
 SMALLEST = 1e-20  # Least magnitude in SI of a measured series that is not 0 throughout
 CLOSEST = 1e-9  # Least mean time between samples [s]

@@ -253,7 +253,7 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
         raise FricError(error.what, hint=hint) from None
 
 
-_LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {
+_LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {  # Units people type, and the largest number likely
     ("position", "linear"): (("m", 1.0), ("mm", inf)),
     ("position", "rotary"): (("rad", 7.0), ("deg", inf)),
     ("small length", "linear"): (("m", 1e-4), ("mm", 0.02), ("um", inf)),  # of an encoder, a glitch
@@ -264,7 +264,6 @@ _LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {
     ("time", "linear"): (("s", 0.1), ("ms", inf)),
     ("angle", "linear"): (("rad", 1.6), ("deg", inf)),
 }
-"""Units that people type, with the largest likely number of each on a machine."""
 
 
 def likely(number: float | str, dimension: str, motion: Motion = "linear") -> str:

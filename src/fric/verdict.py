@@ -313,13 +313,10 @@ EARNED = 0.05  # Share of the uncompensated glitch by which a scheme must be bet
 ENOUGH_MACHINES = 20  # Machines below which a share of 95 % is a guess
 RESAMPLES = 400  # Resamples of the drawn machines for the interval of a difference
 CYCLE = 0.5e-6
-"""Oscillation below which nothing is called a limit cycle [m].
-
-On the machines of configs/reality, waves and cogging leave up to 0.75 µm with and without compensation, encoders 0.2
-µm; limit cycles of too fast observers on a second mass leave 3 to 31 µm."""
+"""Oscillation below which nothing is called a limit cycle [m]: on the machines of configs/reality, waves and cogging
+leave up to 0.75 µm, encoders 0.2 µm; limit cycles of too fast observers on a second mass leave 3 to 31 µm."""
 CYCLE_RATIO = 2.5
-"""Ratio of the oscillation to that without compensation from which it is a limit cycle: a loop with a peak sensitivity
-of 6 dB doubles the disturbances of the guideway."""
+"""Ratio to the oscillation without compensation from which it is a limit cycle: a peak of 6 dB doubles disturbances."""
 MACHINES = 100  # Machines to request where none, or too few, were drawn
 
 

@@ -49,8 +49,7 @@ from fric.units import Motion, rotates
 
 ARCHIVES = frozenset({".zip", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz"})  # Endings of archives
 PACKED = "it is an archive, which is not read: unpack it beside it"
-MOST_UNPACKED, MOST_RATIO, SMALL = 1 << 30, 200, 64 << 20
-"""Bytes that a ZIP unpacks to at most, and that a member does: times those that are stored, or however few are."""
+MOST_UNPACKED, MOST_RATIO, SMALL = 1 << 30, 200, 64 << 20  # Most bytes of a ZIP; of a member: times stored, or anyhow
 MOST_MEMBERS = 2000  # Files of folders, and those that a ZIP unpacks to, at most
 MOTION = "motion"  # Use of records of any kind whose motion determines mass, viscous and Coulomb friction
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m"})

@@ -96,8 +96,7 @@ def _powers(axis: int, frequencies: Real, angle: Real, rest: Real, radius: float
     return np.concatenate(found)
 
 
-BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)
-"""Angles around a reversal that the geometry leaves out: before it, after it at first, after it at most [rad]."""
+BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)  # Left out [rad]: before, after, at most
 RISES = 3e-3  # Speed of an axis [m/s] below which its friction rises before a reversal: the loop errs as by backlash
 FADES = np.radians(np.geomspace(0.7, 14.0, 13))  # Angles in which the tail of a glitch may fade to a third [rad]
 STEPS = 6  # Largest number of steps to fit the shape of the tails
@@ -107,8 +106,7 @@ SPREAD = np.array([np.log(FADES[-1] / FADES[0]) / np.sqrt(12.0), 0.3])
 """Prior standard deviations of ln λ and κ: λ is one of `FADES`, and no tail is far from an
 exponential (that of two equal poles has κ = λ over its angle so far, 0.15 to 0.3)."""
 MOST_FITTED, MANY = 10_000, 100_000
-"""Largest number of samples for the fit of the geometry, and for that of a lag, which is computed at once: of more,
-means over neighbours are used."""
+"""Most samples for the fit of the geometry, and for that of a lag, done at once: of more, means are used."""
 
 
 @dataclass(frozen=True)

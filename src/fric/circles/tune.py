@@ -391,8 +391,7 @@ def measured_glitch(test: MeasuredCircle) -> float:
 
 GLITCH_APART, SHARE_APART = 5e-7, 0.03  # Largest error of a completed machine in a measured glitch: [m], as a share
 FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
-"""How far from the plant's another delay is looked for [s], how much better it must explain a circle's voltages, and by
-what share of the delay it must differ."""
+"""Most shift of the delay [s], least gain in a circle's voltages by it, and its least share of the delay."""
 SOFTER, STIFFER = Spread(0.5, 0.5), Spread(2.0, 2.0)  # Factors of the logs' stiffness, which shifts as a delay does
 OTHER_FEED = 2.0  # Ratio of feeds, and of radii, beyond which a measured circle predicts little of another
 

@@ -677,8 +677,7 @@ class TunedAxis:
 FEEDS_APART = 3.0  # Ratio of the feeds of two circles above which they hold different information
 LATE = 0.25  # Relative deviation of the delay from the nominal one that gives a warning, where its interval excludes it
 BLOCKS_ALIKE = 0.5
-"""Distance of two blocks' slip displacements, in the logarithm, below which they are not separable: the residual has
-several minima there, whose alpha and k differ by up to 20 %."""
+"""Distance of two slip displacements (logarithm) below which the residual has several minima, alpha and k ± 20 %."""
 MISFIT = 3.0  # Largest residual of a result over the noise
 AT_BOUND = 0.97  # Share of a bound of the search above which a parameter counts as at it
 SMALL_STEP = 1e-4  # Step of derivatives between parameters and coordinates, in the logarithm

@@ -11,8 +11,7 @@ from fric.kernels.loop import BLOCKS
 from fric.reference import MOST_LEAD
 from fric.verb import typed
 
-Lead = float | Literal["auto"]
-"""Lead of the feedforward ahead of the reference [s]; ``auto`` for the delay T_d of the nominal plant."""
+Lead = float | Literal["auto"]  # Of the feedforward ahead of the reference [s]; ``auto``: T_d of the nominal plant
 LARGEST_GAIN = 5.0  # Of a feedforward: more is no share of a friction that is believed
 
 

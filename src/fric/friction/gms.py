@@ -31,11 +31,8 @@ _COURSE = types.NamedUniTuple(_FLOAT, len(_Course._fields), _Course)  # type: ig
 
 
 _EDGE = 1e-5
-"""Share of its break-away within which a block slips where its break-away moves away from it.
-
-A block that comes back to just where it broke away, as along the counts of an encoder, would else slip or stick by the
-last digit of a sum; where s(v) rises the two are far apart.
-"""
+"""Share of its break-away within which a block slips where that moves away: a block that comes back to just where it
+broke away, as along counts, would else slip or stick by the last digit; where s(v) rises the two are far apart."""
 
 
 @compiled(_FLOAT(*[_FLOAT] * 6, _COURSE), makes_arrays=False)

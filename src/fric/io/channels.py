@@ -37,8 +37,7 @@ MOST_DECIBEL = 400.0  # Magnitude of a cell in decibels at most
 SLOWEST = 1e-6  # Samples a second that a mapping may state, at least [Hz]
 TINY = 1e-300
 _NEPER_A_DECIBEL = math.log(10.0) / 20.0
-_DECIBEL = re.compile(r"dB\s*(?:\((.*)\))?")
-"""Decibels of a unit in brackets; of a magnitude, plain dB are of its SI unit."""
+_DECIBEL = re.compile(r"dB\s*(?:\((.*)\))?")  # Decibels of a unit in brackets; of a magnitude, those of its SI unit
 
 
 @dataclass(frozen=True)

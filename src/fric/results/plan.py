@@ -31,8 +31,7 @@ from fric.simulate.machine import Axis
 from fric.units import prefixed, readable, rotates, si_unit, significant
 from fric.verb import Kind, verb
 
-GOOD_TO = "expected half-widths are those of simulated records, and good to ± 20 %"
-"""Remark on half-widths from simulated records, which vary by chance."""
+GOOD_TO = "expected half-widths are those of simulated records, and good to ± 20 %"  # Simulated records vary by chance
 
 
 class PlanResult(Result, tree=plan_tree):

@@ -29,8 +29,7 @@ from fric.units import rotates
 from fric.verb import require_within
 
 PLACES, FEWER = 5, 3
-"""Places between two counts at which a run that depends on them is made, and a run of more than `LONG` samples: odd
-numbers, so that the median is a run."""
+"""Places between counts for a run that depends on them, and a run longer than `LONG`: odd, so the median is one."""
 LONG = 1_000_000  # Samples of all axes
 SLOW = 0.03  # Feed below which every run depends on counts [m/s]
 ACCURACY = 5e-9  # Largest integration error of runs that depend on counts [m]; counts move a position by ten times that

@@ -223,8 +223,7 @@ def _require_workers(client: Any, address: str, timeout: float) -> None:
         raise FricError(f"a worker of the Dask scheduler at {address} has fric {', '.join(sorted(other))}", hint=hint)
 
 
-QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}
-"""Quantiles of the glitch that are reported, by their keys in JSON and run files."""
+QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}  # Of the glitch, by keys in files
 ACCURACY = 5e-9  # Largest error of a glitch by the integration of the plant [m], where machines differ by micrometres
 
 

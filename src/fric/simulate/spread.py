@@ -21,8 +21,7 @@ from fric.friction.directed import Directed
 from fric.simulate.machine import Axis, Machine
 from fric.verb import refused, require_within
 
-Intervals = Mapping[str, tuple[float, float]]
-"""95 % intervals by parameter; ``negative.F_c`` is of the negative direction, ``k_2`` of the second block."""
+Intervals = Mapping[str, tuple[float, float]]  # 95 %, by parameter, also ``negative.F_c`` (direction), ``k_2`` (block)
 
 
 def normals(

@@ -422,8 +422,7 @@ class Choice:
 
     candidates: tuple[Blocks, ...]  # The fit with 1, 2, … blocks
     rms: tuple[float, ...]  # Misfit of each [N]
-    # Schwarz's criterion of each: the fewest blocks are chosen whose criterion is the least, to `STRONG`
-    criterion: tuple[float, ...]
+    criterion: tuple[float, ...]  # Schwarz's of each number: the fewest blocks with the least, to `STRONG`, are chosen
     spread: float  # Median spread that a point of the curve is given [N]
     unit: str = "N"  # Unit of the force, for messages
 

@@ -23,8 +23,7 @@ NEIGHBOURS = 16  # Lines of a sweep that are averaged to a frequency
 TALL, SURELY = 0.05, 0.3  # Least share of the tallest line for a driven line, and that for one without further test
 QUIET = 12  # Number of lines, not driven, that show the distortion of a driven line
 ALONE = 0.9  # Share of the driver's power above which a single segment dominates a line, as at a step in the reference
-HANN_CORRELATION = 1 + 2 * ((2 / 3) ** 2 + (1 / 6) ** 2)
-"""Lines of Hann's window per independent line: errors and driver of neighbouring lines correlate by 2/3, 1/6."""
+HANN_CORRELATION = 1 + 2 * ((2 / 3) ** 2 + (1 / 6) ** 2)  # Lines per independent one: neighbours correlate by 2/3, 1/6
 
 
 class Spectra(NamedTuple):

@@ -125,8 +125,7 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
 
 UNDETERMINED = 0.5  # Assumed share of the table in the moving mass, if it is not determined
 BLOCKS, FEWEST_LINES = 10, 5  # Number of blocks of neighbouring lines for the jackknife, and the least number
-SCATTER_BY_CHANCE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)
-"""Ratio of the variances by blocks and by scatter that chance exceeds in one of ten cases."""
+SCATTER_BY_CHANCE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)  # Ratio of variances exceeded by chance in 1 of 10
 OTHER_RATIOS = (0.2, 0.8)  # Other possible shares of the table, if it is not determined
 MISFIT = 0.99  # Quantile of chi-squared above which the residuals exceed noise
 
@@ -175,9 +174,7 @@ class ResponseForm(NamedTuple):
 class PlantSolution:
     """Parameters of eq. (1), and of Coulomb friction and a second mass where they were requested."""
 
-    # A [1/s], ln B, T_d [s], F_c/M [m/s²] or β [1/s] where friction was fitted, and those of a second mass as in
-    # `ResponseForm`; shape (p,)
-    values: Real
+    values: Real  # A [1/s], ln B, T_d [s], F_c/M [m/s²] or β [1/s] if fitted, second mass's in `ResponseForm`; (p,)
     covariance: Real  # Covariance of these, shape (p, p)
     chi2: float  # Chi-squared over its freedom, for the deviations as they were measured [1]
     misfit: float  # Relative deviation that measured ones lack to explain the residuals; 0 where noise does

@@ -53,8 +53,7 @@ from fric.units import Motion, readable, si_unit
 
 SPANS_ALIKE = 1.5  # Ratio of the spans of two records up to which they count as the same motion
 LAGS = 10  # Lags at which residuals are tested against white noise
-Beyond = Callable[[Search, Real, Real], Real]
-"""Increase of a covariance (s, s) that residuals do not show: of a search, its end (p,), and directions seen (p, s)."""
+Beyond = Callable[[Search, Real, Real], Real]  # Unseen covariance (s, s) of a search, its end (p,), directions (p, s)
 
 
 def white(residual: Real, lengths: Sequence[int]) -> bool:
@@ -719,8 +718,7 @@ class ReplayFit:
     covariance: Covariance  # Covariance of the fitted parameters
     late: Mapping[str, Estimate]  # Lag of force behind position [s], by record, see `lateness`
     warnings: tuple[Notice, ...] = ()  # Warnings: what the records do not determine
-    # Standard deviation of the ``level`` [1], the ``offset`` [N] and the ``mass`` [kg] of records, where seen
-    between_records: Mapping[str, Estimate] = field(default_factory=dict)
+    between_records: Mapping[str, Estimate] = field(default_factory=dict)  # Deviation: level [1], offset [N], mass [kg]
 
     @property
     def own_estimates(self) -> list[dict[Own, Estimate]]:

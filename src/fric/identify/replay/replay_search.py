@@ -51,9 +51,7 @@ class Coordinate:
     section: str  # section, parameter: the section of a friction file, and the parameter in it
     parameter: Parameter
     block: int | None  # Number of the block, from 0; None for a parameter that is one number
-    # How it is searched: ``log``; ``linear``; ``ratio``, the logarithm of its ratio to `Parameter.at_least`; ``share``,
-    # the logarithm of its ratio to the last block's share
-    scale: Scale
+    scale: Scale  # ``log``, ``linear``; ``ratio``: log over `Parameter.at_least`; ``share``: over the last's share
     lower: float  # lower, upper: bounds of the coordinate
     upper: float
 
@@ -74,9 +72,7 @@ class Coordinates:
 
     model: type[FrictionModel]  # The model
     free: tuple[Coordinate, ...]  # What is searched
-    # Values in SI of the parameters that are not searched, by section and name; nan for a parameter equal to its lower
-    # bound, another parameter
-    held: Mapping[Key, float]
+    held: Mapping[Key, float]  # Of parameters that are not searched [SI]; nan for one equal to its lower bound, another
     blocks: int  # Number of blocks of a model that has any
     negative: StaticMap | None = None  # Static map of the negative direction, where each direction has a map
 

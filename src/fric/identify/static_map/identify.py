@@ -43,8 +43,7 @@ class StaticFit:
     warnings: tuple[Notice, ...]  # Warnings: what the data do not determine
     method: str  # How the fit was made, in words
     plant: Plant | None = None  # The plant whose damping was subtracted; None where none was
-    between_records: Mapping[str, Estimate] = field(default_factory=dict)
-    """Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, if determined."""
+    between_records: Mapping[str, Estimate] = field(default_factory=dict)  # Deviation: ``level`` [1], ``offset`` [N]
     over_position: Estimate | None = None  # Standard deviation of friction over position [N], if strokes agree on it
 
 

@@ -281,8 +281,7 @@ class MapFit:
     covariance: Covariance  # Linearised covariance of the free parameters, and of a shape factor that is supposed
     between: float  # Standard deviation of the strokes beyond their noise [N]
     held_out: HeldOut  # How well forms predict strokes that are held out
-    standing_off: tuple[tuple[SpeedPoint, float], ...] = ()
-    """Strokes that deviate from all others, each with its deviation [N], which reduces its weight."""
+    standing_off: tuple[tuple[SpeedPoint, float], ...] = ()  # Strokes of less weight, and deviation from the others [N]
 
     @property
     def static_map(self) -> StaticMap:

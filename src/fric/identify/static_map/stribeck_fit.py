@@ -263,10 +263,7 @@ def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) 
 
 
 _unchecked: Any = None
-"""The function behind SciPy's public function, whose checks take twice the time of so small a problem: 8 % of `identify
-gms`.
-
-Where another SciPy has it elsewhere, its public function is called."""
+"""The function behind SciPy's, whose checks take 8 % of `identify gms`; the public one where another SciPy lacks it."""
 
 with suppress(ImportError):
     from scipy.optimize._slsqplib import nnls as _unchecked
