@@ -191,10 +191,8 @@ def score_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | 
 
 
 def _autoregressions(series: Real, starts: Indices, most: int) -> Real:
-    """Return the coefficients by which each series is predicted, of the order up to a most that is best for it.
-
-    By Burg's recursion; a coefficient costs ``PENALTY`` of ``n·log`` of the error (Akaike's 2 takes too many).
-
+    """Return the coefficients by which each series is predicted, of the best order up to a most, by Burg's recursion;
+    each costs ``PENALTY`` of ``n·log`` of the error (Akaike's 2 takes too many).
     series: Values in parts, shape (p, n), and where the parts begin but for the first.
     """
     (p, n), forward, backward = series.shape, series.copy(), series.copy()

@@ -358,10 +358,7 @@ def _excites(record: Record) -> bool | str:
 def _foreign(
     path: Path, mapping: str | None, found: Sources, seen: list[Record], *, assume: bool, axis: str | None
 ) -> str:
-    """Read a foreign log by its header, by a mapping that was given or is bundled, or a circle test.
-
-    Return the reason if none fits; None if one does, or if the error was reported.
-    """
+    """Read a foreign log by its header or a mapping, or a circle test; return why none fits, if it was not reported."""
     if not mapping and (known := beside(path)):
         file, axes = known
         whys = [_read(path, str(file), found, seen, axis=axis, assume=True) for axis in axes]

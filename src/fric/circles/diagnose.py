@@ -696,10 +696,8 @@ def agreement(
 
 
 def _cause(found: Glitch, said: Glitch, pulse: GlitchPulse, other: GlitchPulse) -> str:
-    """Return what differs most between two pulses: sign, level, width or place.
-
-    The measured pulse is written as ``g·p((φ - d)/w)`` of the predicted p, and the largest of |ln g|, |ln w| and the
-    shift in half widths is named.
+    """Return what differs most between two pulses: sign, level, width or place, by the largest of |ln g|, |ln w| and
+    the shift in half widths, with the measured pulse ``g·p((φ - d)/w)`` of the predicted p.
     """
     small, large = sorted(map(abs, (found.value, said.value)))
     if found.value * said.value < 0 and small > 0.25 * large:

@@ -281,10 +281,7 @@ def design_observer(
 
 
 def _too_sensitive(whole: WholeLoop, without: float, asked: float) -> FricError:
-    """Return the error of a loop that is too sensitive without an observer: of its controller, or of the response.
-
-    The controller is blamed where the response is known well; where it is not, nothing is known of the loop.
-    """
+    """Return the error of a loop too sensitive by itself: of its controller, or of a response known badly."""
     Delta = whole.perturbation
     if Delta.measured and WholeLoop(whole.plant, whole.cascade, Delta.sure()).peak() <= asked:
         f, radius = Delta.frequency, Delta.radius

@@ -18,10 +18,8 @@ from fric.series import real
 
 @compiled_step
 def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
-    """Advance the inner model with the parameters of this direction.
-
-    ``parameters`` is the address of the inner step, its parameters for the positive direction, and as many for the
-    negative direction; ``state`` is the inner model's.
+    """Advance the inner model, whose ``state`` it is, with this direction's parameters: ``parameters`` is the address
+    of its step, its parameters for the positive direction, and as many for the negative direction.
     """
     size = (parameters.size - 1) // 2
     inner = step_at(parameters[0])

@@ -77,9 +77,8 @@ class Unfailing:
 
 @contextmanager
 def _interrupts_held() -> Iterator[Callable[[], None]]:
-    """Hold SIGINT and SIGTERM back, and give a function that lets them through where it is called.
-
-    An exception that strikes inside h5py is lost there, or leaves the file half closed.
+    """Hold SIGINT and SIGTERM back, and give a function that lets them through where it is called: an exception that
+    strikes inside h5py is lost there, or leaves the file half closed.
     """
     if threading.current_thread() is not threading.main_thread():  # the only thread that signals reach
         yield lambda: None

@@ -113,10 +113,8 @@ def _forward(axis: Axis) -> FrictionModel:
 
 
 def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
-    """Return the axis with the force noise and the encoder of a log.
-
-    While the encoder does not change, the loop adds nothing to the force: white noise there is that of the log. It is
-    taken from second differences, ``var(ΔΔF) = 6·σ²``. A log without rests is used as a whole.
+    """Return the axis with the force noise and the encoder of a log. While the encoder does not change, white noise of
+    the force is the log's, as the loop adds none: ``var(ΔΔF) = 6·σ²``. A log without rests is used as a whole.
     """
     second: list[Real] = []
     whole: list[Real] = []
@@ -417,9 +415,8 @@ def _deviation(slopes: Real, covariance: Real) -> float:
 def _slopes(
     machine: Machine, axis: Axis, model: GMS, known: _Known, scheme: Scheme, test: Circle, advance: Callable[[], object]
 ) -> Real:
-    """Return the derivatives of this axis' two glitches over the parameters, shape (2, p), by central differences.
-
-    The encoder is left out: differences of nanometres would show its counts.
+    """Return the derivatives of this axis' two glitches over the parameters, shape (2, p), by central differences: of
+    nanometres, which would show the counts of an encoder, so that it is left out.
     """
     place = list(machine.axes).index(axis.name)
     nominal = NominalFriction({"gms": model, "static": model.static}, 1.0, axis.nominal_friction.lead)

@@ -276,10 +276,8 @@ def is_rigid(log: Log) -> bool:
 
 
 def _is_broad_band(log: Log) -> bool:
-    """Return whether effort and velocity have many spectral lines, and the motion exceeds the encoder's noise.
-
-    So do moves of many lengths, but these have pauses. The effort is the drive's input or, where none is logged, the
-    force.
+    """Return whether effort (input or, where none is logged, force) and velocity have many spectral lines, and the
+    motion exceeds the encoder's noise. So do moves of many lengths, but these have pauses.
     """
     effort = log.force if log.input is None else log.input
     if effort is None or log.position is None or len(log) < 256:

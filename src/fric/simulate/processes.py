@@ -68,10 +68,8 @@ def _run(index: int) -> Any:
 
 
 def _started() -> BaseContext:
-    """Return how workers are started: from a server that has imported their modules, and has no threads.
-
-    The server, and so each worker from its first moment on, leaves Ctrl-C to the parent. Where there is none (Windows),
-    each worker starts from nothing.
+    """Return how workers are started: from a server that has imported their modules, has no threads, and leaves Ctrl-C
+    to the parent, as they do from their first moment; from nothing where there is none (Windows).
     """
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
@@ -90,10 +88,8 @@ def _started() -> BaseContext:
 
 @contextmanager
 def _apart(study: object) -> Iterator[None]:
-    """Let workers that are started here not import the script that called: it would run anew in each.
-
-    Of a study that holds what the script itself defines they import it, and the script needs the usual guard
-    ``if __name__ == "__main__":``.
+    """Let workers that are started here not import the script that called: it would run anew in each. Of a study that
+    holds what the script defines they do, and it needs the usual guard ``if __name__ == "__main__":``.
     """
     script = sys.modules["__main__"]
     if b"__main__" not in pickle.dumps(study):

@@ -497,10 +497,7 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
 
 
 def _stiffnesses(curve: VirginCurve, beyond: Sequence[float] | Real) -> Callable[..., tuple[Real, float]]:
-    """Return the stiffnesses of blocks, and their misfit, as a function of the logarithms of their knots.
-
-    beyond: Knots of further blocks, which are not searched [m].
-    """
+    """Return stiffnesses of blocks, and misfit, over logarithms of knots; ``beyond``: knots not searched [m]."""
     weight = weights(curve)
     place, rows = curve.displacement[:, None], weight[:, None]
 

@@ -805,10 +805,8 @@ def _with_hysteresis(plain: PlantSolution, sets: Sequence[Lines], sweeps: bool) 
 
 
 def _alike(solution: PlantSolution, lines: Lines, misfit: float) -> float:
-    """Return the number of neighbouring lines per independent line, by the correlation of residuals.
-
-    Friction around rest is more than its describing function: the remainder is not noise, and is similar from line to
-    line.
+    """Return the number of neighbouring lines per independent line, by the correlation of residuals: what friction
+    around rest is beyond its describing function is no noise, and similar from line to line.
     """
     model = solution.form.response(solution.values, lines.frequency, lines.hold, lines.reversing)
     return statistics.memory(np.log(lines.response / model) / np.hypot(lines.deviation, misfit))
@@ -1209,9 +1207,8 @@ _EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
 
 
 def _of_timing(X: Real, late: Real, residual: Real, lengths: Sequence[int]) -> Real:
-    """Return the increase of the covariance (p, p) due to the alignment of force and position within a sample.
-
-    As `fric.identify.replay.replay_fit.of_supposed`, by a force that is late by one standard deviation (n,).
+    """Return the increase of the covariance (p, p) due to the alignment of force and position within a sample: as in
+    `fric.identify.replay.replay_fit.of_supposed`, by a force that is late by one standard deviation (n,).
     """
     joint = np.column_stack([late, X])
     if not late.any() or np.linalg.cond(joint / np.linalg.norm(joint, axis=0)) > CONDITION:
@@ -1241,9 +1238,8 @@ def _observations(record: Prepared, settings: Conditioning, direction: str) -> R
 
 
 def _refuse_rank(X: Real, names: Sequence[str], log: Log) -> None:
-    """Refuse a motion along which two terms are collinear, for any units of the columns, or that goes one way.
-
-    Along one way F_c and the offset are one force: the few samples of an overshoot would tell them apart.
+    """Refuse a motion along which two terms are collinear, for any units of the columns, or that goes one way: F_c and
+    the offset are one force then, and the few samples of an overshoot would tell them apart.
     """
     size = np.linalg.norm(X, axis=0)
     velocity = X[:, [name.startswith("F_v") for name in names]]

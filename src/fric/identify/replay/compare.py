@@ -272,9 +272,8 @@ def _sizes(residual: Sequence[Real], near: Masks) -> tuple[float, float]:
 
 
 def _lead(records: Sequence[Prepared], best: Sequence[Real], other: Sequence[Real]) -> tuple[float, float]:
-    """Return the advantage of the best in the mean squared residual, and half its 95 % interval [N²].
-
-    The strokes between reversals are the independent pieces (thirty equal pieces where there are few strokes).
+    """Return the advantage of the best in the mean squared residual, and half its 95 % interval [N²], by the strokes
+    between reversals as independent pieces (thirty equal pieces where there are few strokes).
     """
     sums, counts = [], []
     for record, mine, theirs in zip(records, best, other, strict=True):

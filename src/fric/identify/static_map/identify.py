@@ -224,12 +224,9 @@ def _misfit(fit: MapFit) -> Iterator[Notice]:
 
 
 def _missed_both_ways(fit: MapFit) -> float:
-    """Return the common deviation from the map of strokes of a speed in both directions (rms) [N].
-
-    It is 0 if it is small, or if the directions differ by as much.
-
-    Half the sum of their residuals is the error of the map, half the difference does not repeat. This works with few
-    speeds, where tests of neighbours fail: of ten speeds, a wave of the residuals has two or three.
+    """Return the common deviation from the map of strokes of a speed in both directions (rms) [N]; 0 if it is small, or
+    if the directions differ by as much. Half the sum of their residuals is the error of the map, half the difference
+    does not repeat. With few speeds tests of neighbours fail: of ten speeds, a wave of the residuals has two or three.
     """
     problem = fit.problem
     r, forward = np.sign(problem.v) * fit.residual, problem.v > 0

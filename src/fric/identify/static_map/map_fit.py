@@ -107,10 +107,8 @@ def clearly_better(
 
 
 def _at_other_speeds(problem: StribeckProblem, misfits: Sequence[tuple[Real, Real]]) -> bool:
-    """Return whether a richer form predicts clearly better when all strokes of a speed are held out together.
-
-    A deviation of both directions at one speed may be due to the place, or to steps of the force, so that a stroke
-    predicts the other.
+    """Return whether a richer form predicts clearly better when all strokes of a speed are held out together: by its
+    place, or steps of the force, both directions may deviate at one speed, so that a stroke predicts the other.
     """
     speed = np.abs(problem.v)
     order = np.argsort(speed)

@@ -104,10 +104,7 @@ def _unpacked(path: Path) -> int:
 
 @lru_cache(maxsize=2)
 def _load(path: Path, changed: int, size: int) -> dict[str, Any]:
-    """Return what SciPy reads in a separate process: some damage crashes its compiled reader, and the process.
-
-    Whether it does depends on what the memory held before, so that a file which was read once may end a second reading.
-    """
+    """Return what SciPy reads in a process of its own: some damage crashes it, depending on what memory held before."""
     done = run_python(_READ, str(path))
     try:
         found: dict[str, Any] | str = _Values(io.BytesIO(done.stdout)).load()

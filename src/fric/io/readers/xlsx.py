@@ -78,10 +78,7 @@ def _most(member: ZipInfo) -> int:
 
 @contextmanager
 def _without_sizes() -> Iterator[None]:
-    """Let the library not ask a sheet for its size meanwhile.
-
-    It may state any size, and each row is filled up to it; where it states none, all of it is read.
-    """
+    """Let the library ask no sheet for its size meanwhile: a sheet may state any, to which each row would be filled."""
     kind = import_module("openpyxl.worksheet._read_only").ReadOnlyWorksheet
     asks, kind._get_size = kind._get_size, lambda sheet: None
     try:
