@@ -129,7 +129,8 @@ class Learned:
     machine: Machine
     how: Learning
     rounds: tuple[CircleRun, ...]  # Of the place with the median last glitch, with errors at all; first the models' own
-    carried: tuple[tuple[float, float, float], ...]  # Other circles with the last: radius [m], feed [m/s], glitch [m]
+    # Other circles with the last feedforward, by angle: radius, feed [m], [m/s], and median glitch [m]
+    carried: tuple[tuple[float, float, float], ...]
     warnings: tuple[Notice, ...]  # What the user should know
 
     @property

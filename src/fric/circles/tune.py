@@ -256,9 +256,8 @@ def _exceeds(chance: Chance, other: Chance) -> bool:
 def _of_the_encoder(
     test: MeasuredCircle, n: int, tuned: Mapping[str, TunedAxis], scheme: Scheme, again: Callable[[str], list[Real]]
 ) -> Chance:
-    """Return the glitches of the n-th circle with residuals that `again` gives, of machines that are as the model.
-
-    The residual also contains the error of the encoder, which is added to friction in the same way.
+    """Return the glitches of the n-th circle with residuals that `again` gives, of machines that are as the model: of
+    the error of the encoder, too, which is added to friction in the same way.
     """
     glitches = []
     for place in range(PLACES):

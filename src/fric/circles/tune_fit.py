@@ -496,8 +496,7 @@ DRAWS = 8  # Number of simulated repetitions of each circle
 ENCODER_DRAWS = 3  # The same, for the part of a residual due to the encoder
 SHAPE = 1.6
 """Residual of four parameters over noise and encoder effects, above which the full shape is fitted. Where the shape is
-right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler.
-"""
+right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler."""
 
 
 def recorded_again(found: FittedBalance, draws: int = DRAWS) -> list[Real]:
@@ -785,8 +784,7 @@ def tuned_estimates(found: FittedBalance, plant: Plant, motion: Motion, *, unexp
     p, quantile = len(found.x), float(stdtrit(len(left), 0.975))
     slope, labels = _logarithms(found)
     spread, halves = slope @ covariance @ slope.T, _half_widths(slope, covariance, errors)
-    # blocks that slip together are separable only by where they were found: use the information on each where they do
-    # not
+    # blocks that slip together are only separable by where they were found: use the information where they do not
     if (at_one := merged(found)) is not None:
         halves = np.maximum(halves, _half_widths(slope, *_covariance(at_one, left)))
     moved = slope @ step
@@ -844,9 +842,8 @@ def _half_widths(along: Real, covariance: Real, errors: Real) -> Real:
 
 
 def _of_either(half_kept: float, moved: float, half: float, level: float) -> float:
-    """Return a quantile of an error that is, at equal odds, normal about 0 or about another estimate.
-
-    Half-widths are of 95 %; that about 0 may be 0, as where a parameter was kept.
+    """Return a quantile of an error that is, at equal odds, normal about 0 or about another estimate, by half-widths of
+    95 %, of which that about 0 may be 0, as where a parameter was kept.
     """
     centres, deviations = np.array([0.0, moved]), np.maximum([half_kept, half], 1e-12) / ndtri(0.975)
     if np.ptp(ends := centres + deviations * ndtri(level)) == 0:

@@ -30,7 +30,7 @@ WIDTH = 80  # Largest width of a line of an example [columns]
 OUTPUT = ("output", "plot", "plot_reversal", "json", "force", "help")  # Options for the places of results, listed last
 
 
-UsageError: Any = typer.BadParameter.__base__  # Typer names the errors of single values alone
+UsageError: Any = typer.BadParameter.__base__  # Error of a command line: Typer names those of single values alone
 
 
 def listed(homes: Mapping[str, Any], name: str, text_of: Any) -> dict[str, list[tuple[str, str]]]:

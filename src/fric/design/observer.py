@@ -20,7 +20,8 @@ from fric.notice import Notice
 from fric.verb import require_within
 
 CIRCLE_95 = float(np.sqrt(-2 * np.log(0.05)))  # Radius of 95 % of a complex normal error over its parts' deviation
-SURE = 0.5  # Radius below which a line without perturbation has |Delta|, itself in it, and its confidence below 1
+SURE = 0.5
+"""Radius below which a line without any perturbation has |Delta| and its confidence below 1: |Delta| is in it, too."""
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ def write_column(group: h5py.Group, name: str, values: Real, unit: str) -> None:
 
 
 MOST_OBJECTS = 200_000  # Groups and datasets of a file at most
-MOST_EMPTY, EMPTY = 256 << 20, 100  # Bytes that a dataset may unpack to if each becomes so many; usual are ten
+MOST_EMPTY, EMPTY = 256 << 20, 100  # Bytes that a dataset may unpack to if a byte becomes so many; usual are ten
 MOST_DEPTH = 32  # Groups in groups at most
 MOST_READ = 512 << 20  # Bytes of samples of a file that is read into memory as a whole, which takes some times as much
 BLOCK, _HEAP = 16 << 20, b"GCOL\1\0\0\0"  # Bytes that are searched at once for the begin of a heap

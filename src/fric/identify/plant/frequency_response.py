@@ -430,9 +430,8 @@ def _period(record: Log, u: Real) -> int | None:
 
 
 def _asks(reference: Real, position: Real | None) -> bool:
-    """Return whether a reference asks for a hundredth at least of the motion about a uniform motion, in the last half.
-
-    A uniform motion that is rounded is periodic, too, and asks for nothing.
+    """Return whether a reference asks for a hundredth at least of the motion about a uniform motion, in the last half:
+    a uniform motion that is rounded is periodic, too, and asks for nothing.
     """
     if position is None:
         return True

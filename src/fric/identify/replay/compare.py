@@ -126,7 +126,9 @@ class Comparison:
     presliding: tuple[float, ...]  # Travel after a reversal until nine tenths of the force's change [m], by record
     baselines: tuple[Baseline, ...]  # What is left without a dynamic model
     winner: str | None  # The best model; None where its lead over another or a baseline is within its error
-    leads: dict[str, tuple[float, float]]  # How much less the best leaves than others [N²], and half the 95 % interval
+    # For each other model and baseline, and those without memory near reversals, how much lower the mean squared
+    # residual of the best model is, and half the 95 % interval of that [N²]
+    leads: dict[str, tuple[float, float]]
     warnings: tuple[Notice, ...]  # Warnings: what the records do not determine
 
 
@@ -194,9 +196,8 @@ Modelled = Callable[[Prepared], Real]  # The force of a fit along a record [N], 
 def _held_out(
     fit: Callable[[Sequence[Prepared]], Modelled], records: Sequence[Prepared], splits: Sequence[Masks]
 ) -> tuple[tuple[Real, ...], Real]:
-    """Return what fits leave of the samples that they did not see, by record, and of those that they saw, in one row.
-
-    The terms of a record are fitted to the samples seen, or to the others where none was.
+    """Return what fits leave of the samples that they did not see, by record, and of those that they saw, in one row;
+    the terms of a record are fitted to the samples seen, or to the others where none was.
     """
     residual = tuple(np.full(len(record.force), np.nan) for record in records)
     seen = []

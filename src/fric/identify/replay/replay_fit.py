@@ -834,9 +834,8 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
 
 
 def _falls(search: Search, best: Point, coordinate: Coordinate) -> bool:
-    """Return whether a record reaches the velocity at which F_s has fallen to F_c; below it both are inseparable.
-
-    A record that is too slow for its starts and stops does not show where it fell.
+    """Return whether a record reaches the velocity at which F_s has fallen to F_c, below which both are inseparable:
+    one that is too slow for its starts and stops does not show where it fell.
     """
     if coordinate.parameter.name != "F_s" or not coordinate.parameter.at_least:
         return True
