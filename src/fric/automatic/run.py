@@ -286,8 +286,7 @@ class AutoResult(Result, schema=AutoDocument):
         ]
         wrong = [f"wrong: {item.kind} of axis {item.axis}: {text}" for item, text in items if text.severity == "wrong"]
         doubts = {n.code: re.split(r"(?<!Eq)[.] ", n.says)[0].rstrip(".") for _, n in items if n.severity == "doubt"}
-        more = [f"doubt: {says} (`fric help {code}`)" for code, says in doubts.items()]
-        return [*dict.fromkeys(wrong), *more]
+        return [*dict.fromkeys(wrong), *(f"doubt: {says} (`fric help {code}`)" for code, says in doubts.items())]
 
 
 def _found(name: str, outcome: AxisOutcome) -> Table:

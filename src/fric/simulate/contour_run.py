@@ -436,8 +436,7 @@ class PointPath:
         tangent = first / rate
         bend = (second - tangent * np.sum(tangent * second, axis=1, keepdims=True)) / rate**2
         position, velocity = spline(at), tangent * speed[:, np.newaxis]
-        acceleration = bend * speed[:, np.newaxis] ** 2 + tangent * change[:, np.newaxis]
-        motion = (position, velocity, acceleration)
+        motion = (position, velocity, bend * speed[:, np.newaxis] ** 2 + tangent * change[:, np.newaxis])
         x, y = (Reference(sampling, *(np.ascontiguousarray(part[:, n]) for part in motion)) for n in (0, 1))
         return x, y
 

@@ -448,8 +448,7 @@ def _with_supposed_shape(
             for name in ("F_s", "v_s"):
                 known, guess = estimates[name].limits, estimates[name].half_width / NORMAL_97_5
                 limits = stribeck_fit.profile_interval(shaped, side, name, scale, guess)
-                ends = min(limits[0], known[0]), max(limits[1], known[1])
-                estimates[name] = replace(estimates[name], ci95=ends)
+                estimates[name] = replace(estimates[name], ci95=(min(limits[0], known[0]), max(limits[1], known[1])))
     matrix[np.ix_(seen, seen)] += np.array(covariance.matrix)
     return estimates, Covariance.of(freed.free, matrix, "linear")
 
