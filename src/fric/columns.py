@@ -7,23 +7,19 @@ Kind = Literal[
     "force-velocity", "holding-map",
 ]  # fmt: skip
 KINDS: tuple[Kind, ...] = get_args(Kind)
-PRESLIDING = frozenset({"presliding-sine", "micro-steps"})
-"""Kinds of a motion back and forth that shows friction before sliding."""
+PRESLIDING = frozenset({"presliding-sine", "micro-steps"})  # Kinds that go back and forth before sliding
 CHANNELS = ("time", "position", "velocity", "force", "input", "reference", "added", "load_position", "mode")
 """What a record in time can hold; each is a dimension of `fric.units`, or has that of another channel."""
-RESPONSE_DIMENSIONS = {
+RESPONSE_DIMENSIONS = {  # The columns of a measured frequency response, and the dimension of each
     "frequency": "frequency", "magnitude": "position per input", "phase": "angle", "coherence": "ratio",
     "deviation": "ratio",
 }  # fmt: skip
-"""The columns of a measured frequency response, and the dimension of each."""
 FORCE_VELOCITY: Kind = "force-velocity"  # The kind of a table of mean forces at constant velocities
-FORCE_VELOCITY_DIMENSIONS = {
+FORCE_VELOCITY_DIMENSIONS = {  # The columns of such a table, and the dimension of each
     "velocity": "velocity", "force": "force", "deviation": "force", "error": "force", "n": "ratio",
 }  # fmt: skip
-"""The columns of such a table, and the dimension of each."""
 CIRCLE = "circle"  # The kind of a circle test: of two axes, whose channels are named ``x.position``, or of a ball bar
-CIRCLE_CHANNELS = ("reference", "position", "input", "force")
-"""What is recorded of each axis of a circle test, beside the time that they share."""
+CIRCLE_CHANNELS = ("reference", "position", "input", "force")  # Of each axis of a circle test, beside the time
 LARGEST_TURN = 2.0**53  # Counts after which an angle begins again, at most: a double tells no more apart
 BALL_BAR = {"angle": "rad", "deviation": "m"}  # What a ball bar measures: angle and radial deviation
 

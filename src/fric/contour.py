@@ -12,8 +12,7 @@ from numpy.polynomial.polynomial import polyfit, polyval
 from fric.arrays import Real
 from fric.errors import FricError
 
-QUADRANTS = ("+x", "+y", "-x", "-y")
-"""The four reversals of a circle, by where they lie: at +x and -x the x axis reverses, at +y and -y the y axis."""
+QUADRANTS = ("+x", "+y", "-x", "-y")  # Reversals of a circle: of the x axis at +x and -x, of the y axis at +y and -y
 WINDOW = pi / 6  # Half the width of the window around a reversal in which its glitch is looked for [rad]
 SWINGS = 5  # Least number of swings about a smooth error that count as an oscillation
 
@@ -148,9 +147,7 @@ class ContourError(Judged):
     """The distance from a path, along it."""
 
     station: Real  # Distance travelled [m], shape (n,)
-    # Distance from the path [m], shape (n,): positive to the right of the motion, which is outwards where a contour is
-    # run counter-clockwise
-    error: Real
+    error: Real  # Distance from the path [m], shape (n,): positive to the right, outwards if run counter-clockwise
     reversals: tuple[Reversal, ...]  # Where an axis reverses, in the order of the motion
 
     oscillation: ClassVar[float] = 0.0

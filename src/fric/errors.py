@@ -46,13 +46,12 @@ def require_name(name: str, where: str = "", what: str = "an axis") -> str:
     return name
 
 
-REWORDED = {
+REWORDED = {  # What pydantic says of a value, and what a user reads
     "Value error, ": "", "Input should be a valid integer": "give a whole number",
     "Input should be a valid string": "give a text", "Input should be greater than or equal to": "give at least",
     "Input should be a valid": "give a", "Input should be less than or equal to": "give at most",
     "Input should": "it should",
 }  # fmt: skip
-"""What pydantic says of a value, and what a user reads."""
 
 
 def reworded(said: str) -> str:

@@ -128,8 +128,7 @@ def as_filed(value: T) -> T:
     return found
 
 
-Scale = Literal["linear", "log", "logit"]
-"""The scale of a covariance: the value, its logarithm, or ``log(p/(1 - p))`` of a share."""
+Scale = Literal["linear", "log", "logit"]  # Of a covariance: the value, its logarithm, or ``log(p/(1 - p))`` of a share
 
 
 @dataclass(frozen=True)

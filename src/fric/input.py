@@ -11,8 +11,7 @@ from fric.errors import FricError, near, printable
 
 MOST_TEXT = 32 << 20  # Bytes of a document or a report that are read at most
 
-MOST_PACKED, SMALL = 3000, 1 << 20
-"""Bytes that a stored byte may declare, and bytes that may be declared however few are stored: DEFLATE reaches 1032."""
+MOST_PACKED, SMALL = 3000, 1 << 20  # Most bytes that a stored byte declares (DEFLATE: 1032), and that any may
 
 _OWN = str(Path(__file__).parent)
 
@@ -123,7 +122,7 @@ def _ours(error: Exception) -> bool:
     return place is not None and place.tb_frame.f_code.co_filename.startswith(_OWN)
 
 
-TAKEN = {
+TAKEN = {  # What to type with a file of each kind that fric writes
     "plan": ("fric simulate experiment MACHINE.yaml --plan {0} -o log.h5",),
     "block": ("fric simulate circle MACHINE.yaml --with x={0}",),
     "friction": ("fric simulate circle MACHINE.yaml --friction x={0}", "fric identify gms LOG.h5 --static {0}"),
@@ -138,8 +137,7 @@ TAKEN = {
     "schemes": ("fric simulate circle MACHINE.yaml --schemes {0}",),
     "spread": ("fric simulate circle MACHINE.yaml --monte-carlo 100 --spread {0}",),
 }
-"""What to type with a file of each kind that fric writes."""
-MADE = {
+MADE = {  # How a file of each kind is made
     "friction": "`fric identify static LOG.h5 -o friction.yaml`",
     "plant": "`fric identify plant LOG.h5 -o plant.yaml`",
     "controller": "`fric design controller PLANT.yaml -o controller.yaml`",
@@ -150,7 +148,6 @@ MADE = {
     "circle": "`fric ingest --kind circle FILE -o circle.h5`",
     "run": "`fric simulate circle MACHINE.yaml -o run.h5`",
 }
-"""How a file of each kind is made."""
 
 
 def other_kind(path: Path, given: str, wanted: str) -> FricError:

@@ -13,7 +13,7 @@ from fric.errors import FricError
 REPLACE = "Name another file, or replace it with `force=True`."
 WAIT = 30.0  # How long a file that another process adds to is waited for [s]
 
-FORMATS = {
+FORMATS = {  # The type of a file by the ending of its name
     "YAML": (".yaml", ".yml"),
     "HDF5": (".h5", ".hdf5"),
     "HTML": (".html", ".htm"),
@@ -22,7 +22,6 @@ FORMATS = {
     "text": (".csv", ".tsv", ".txt", ".gz", ".dat", ".log"),
     "another program's log": (".mat", ".parquet", ".mf4", ".tdms", ".mcap", ".db3", ".bag", ".xlsx", ".xlsm", ".xml"),
 }
-"""The type of a file by the ending of its name."""
 
 
 def refuse_ending(path: Path | None, written: str) -> None:

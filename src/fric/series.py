@@ -10,10 +10,8 @@ from fric.verb import refused
 if TYPE_CHECKING:
     from fric.arrays import Real
 
-LARGEST: Mapping[str, float] = {"time": 1e11, "velocity": 1e6, "ratio": 1e12}
-"""Magnitude of a value in SI that no machine reaches, by dimension; `OTHERWISE` of others."""
-LINEAR, OTHERWISE = 1e6, 1e9
-"""The same for the position of a linear axis [m], and for dimensions that `LARGEST` does not name."""
+LARGEST: Mapping[str, float] = {"time": 1e11, "velocity": 1e6, "ratio": 1e12}  # Values in SI that no machine reaches
+LINEAR, OTHERWISE = 1e6, 1e9  # The same of the position of a linear axis [m], and of dimensions `LARGEST` does not name
 SMALLEST = 1e-20  # Least magnitude in SI of a measured series that is not 0 throughout
 CLOSEST = 1e-9  # Least mean time between samples [s]
 

@@ -11,10 +11,8 @@ from scipy.special import chdtrc, expit, fdtrc, ndtr, stdtrit
 from fric.arrays import Complex, Indices, Mask, Real
 
 FINEST = 1e-12  # Least variance of what scatters in a mixed model, over that of all
-LOST = 1e-9
-"""The same, with the known error, below which the likelihood's slopes over the other variances have no digits left."""
-LASTING, PENALTY = 6.0, 3.0
-"""Times that the longest memory of residuals fits into all of them, and what a coefficient of it must gain."""
+LOST = 1e-9  # The same, with the known error, below which the likelihood's slopes over other variances have no digits
+LASTING, PENALTY = 6.0, 3.0  # Times that the longest memory of residuals fits into all, and least gain of a coefficient
 MAD_TO_SIGMA = 1.4826  # Standard deviation over the median absolute deviation, of a normal distribution: ``1/Φ⁻¹(3/4)``
 
 
@@ -58,18 +56,12 @@ def supposed(score: float, information: float, exact: float = 0.0) -> tuple[floa
 class MixedModel(NamedTuple):
     """Random effects of a linear model, by restricted maximum likelihood."""
 
-    deviations: Real
-    """Standard deviation of the effects of each kind, shape (kinds,)."""
-    measured: Real
-    """The same of the effects as measured, errors included: of those Student's t holds, also where none is left."""
-    error: Real
-    """Standard deviation of the error of an effect as it is measured, of each kind."""
-    predicted: Real
-    """Each effect, best linear unbiased, shape (q,)."""
-    errors: Real
-    """A root of the covariance of prediction less effect, shape (q, q)."""
-    likelier: float
-    """Increase of twice the logarithm of the restricted likelihood by the effects, 0 or more."""
+    deviations: Real  # Standard deviation of the effects of each kind, shape (kinds,)
+    measured: Real  # The same, as measured, errors included: of those Student's t holds, also where none is left
+    error: Real  # Standard deviation of the error of an effect as it is measured, of each kind
+    predicted: Real  # Each effect, best linear unbiased, shape (q,)
+    errors: Real  # A root of the covariance of prediction less effect, shape (q, q)
+    likelier: float  # Increase of twice the logarithm of the restricted likelihood by the effects, 0 or more
 
 
 def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedModel:
@@ -199,10 +191,8 @@ def score_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | 
 
 
 def _autoregressions(series: Real, starts: Indices, most: int) -> Real:
-    """Return the coefficients by which each series is predicted, of the order up to a most that is best for it.
-
-    By Burg's recursion; a coefficient costs ``PENALTY`` of ``n·log`` of the error (Akaike's 2 takes too many).
-
+    """Return the coefficients by which each series is predicted, of the best order up to a most, by Burg's recursion;
+    each costs ``PENALTY`` of ``n·log`` of the error (Akaike's 2 takes too many).
     series: Values in parts, shape (p, n), and where the parts begin but for the first.
     """
     (p, n), forward, backward = series.shape, series.copy(), series.copy()
@@ -310,8 +300,7 @@ class Between(NamedTuple):
     chance: float  # Probability with which records of the same parameters scatter so
 
 
-COLUMNS_APART = 1e-7
-"""Least singular value of columns of size 1 that a record tells apart: squares keep half of the digits."""
+COLUMNS_APART = 1e-7  # Least singular value of columns of size 1 that a record tells apart; squares halve the digits
 DIFFERENT = 1e-3  # Probability of such a scatter with equal parameters, below which records count as different
 OF_TWO = 0.05  # Probability above which two records are not said to scatter: one difference hardly tells the next
 

@@ -118,13 +118,12 @@ def _registry() -> "pint.UnitRegistry[Any]":
         return pint.UnitRegistry()
 
 
-_EVERYDAY: dict[tuple[str, str], float] = {
+_EVERYDAY: dict[tuple[str, str], float] = {  # Common units by their SI unit, to load Pint more seldom; a test compares
     ("ms", "s"): 1e-3, ("us", "s"): 1e-6, ("µs", "s"): 1e-6, ("100 ns", "s"): 1e-7,  # of stamps of Windows
     ("kHz", "Hz"): 1e3, ("mm", "m"): 1e-3, ("um", "m"): 1e-6,
     ("µm", "m"): 1e-6, ("mm/s", "m/s"): 1e-3, ("um/s", "m/s"): 1e-6, ("µm/s", "m/s"): 1e-6, ("mN", "N"): 1e-3,
     ("kN", "N"): 1e3, ("mN*m", "N*m"): 1e-3, ("mV", "V"): 1e-3, ("N/um", "N/m"): 1e6, ("N/µm", "N/m"): 1e6,
 }  # fmt: skip
-"""Common units by their SI unit, so that most commands need not load Pint; a test compares both."""
 
 
 @cache
@@ -190,11 +189,10 @@ MOST_LETTERS = 60  # Largest length of a unit
 _STEP = re.compile(r"(0?\.0{0,8}1|10{0,8})(?: |(?=[A-DF-Za-df-zµ]))([^\s\d].*)")  # A drive's, as ``0.1 rpm``, ``100ns``
 _POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")  # A small exponent that has no exponent itself
 _SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")  # Signs of a unit; Pint passes over others, and takes $mm for mm
-_SPELLED = {
+_SPELLED = {  # Units as headers spell them that Pint does not know
     **dict.fromkeys(["U/min", "Upm", "RPM", "min-1", "r/min", "tr/min", "giri/min", "rev/min"], "rpm"),
     "Volt": "V", **dict.fromkeys(["Sek", "Sek.", "sek"], "s"), **dict.fromkeys(["Arms", "Apk", "Amps", "Amp"], "A"),
 }  # fmt: skip
-"""Units as headers spell them that Pint does not know."""
 
 
 def _spelled(unit: str) -> str:
@@ -257,7 +255,7 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
         raise FricError(error.what, hint=hint) from None
 
 
-_LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {
+_LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {  # Units people type, and the largest number likely
     ("position", "linear"): (("m", 1.0), ("mm", inf)),
     ("position", "rotary"): (("rad", 7.0), ("deg", inf)),
     ("small length", "linear"): (("m", 1e-4), ("mm", 0.02), ("um", inf)),  # of an encoder, a glitch
@@ -268,7 +266,6 @@ _LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {
     ("time", "linear"): (("s", 0.1), ("ms", inf)),
     ("angle", "linear"): (("rad", 1.6), ("deg", inf)),
 }
-"""Units that people type, with the largest likely number of each on a machine."""
 
 
 def likely(number: float | str, dimension: str, motion: Motion = "linear") -> str:
@@ -300,11 +297,10 @@ def parse_gain(text: str | float, above: float = 0.0, most: float = LARGEST_GAIN
 
 
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-_PREFIXED = {
+_PREFIXED = {  # Units that people read with a prefix, unlike others (rad, kg, N·s/m, …)
     "m", "N", "V", "s", "Hz", "m/s", "m/V", "N*m", "J", "N/m", "N*m/rad", "N/s", "N*m/s", "N*m*s/rad", "A", "A/m",
     "A/rad", "A/s", "A*s/m", "A*s/rad", "A/V",
 }  # fmt: skip
-"""Units that people read with a prefix, unlike others (rad, kg, N·s/m, …)."""
 
 
 def prefixed(value: float, unit: str) -> tuple[float, str]:

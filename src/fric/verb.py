@@ -99,7 +99,7 @@ def documented(doc: str, names: Iterable[str], shared: Mapping[str, str]) -> str
 
 _DESCRIBED = re.compile(r"^(Raises FricError|\w+(?:, \w+)*): (.+(?:\n    .+)*)", re.MULTILINE)
 
-SHARED: Mapping[str, str] = {
+SHARED: Mapping[str, str] = {  # What arguments of these names are, where the docstring of a verb says nothing of them
     "accuracy": "Largest error of a glitch by the integration; 0 is exact.",
     "advance": "Is called with the number of further steps that are done, and with their total.",
     "axis": "Name of the axis.",
@@ -131,7 +131,6 @@ SHARED: Mapping[str, str] = {
     "static": "A friction file whose static map is kept. Its result is taken, too.",
     "workers": "Parallel processes; by default one per core.",
 }
-"""What arguments of these names are, where the docstring of a verb says nothing else of them."""
 
 
 def typed(kind: type[T]) -> type[T]:

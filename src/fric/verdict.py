@@ -32,10 +32,8 @@ if TYPE_CHECKING:
     from fric.simulate.processes import MonteCarlo
 
 SHARE = 0.95  # Share of the drawn machines that stay below the reported value
-CLOSE = 1.25
-"""Ratio of the predicted to the measured glitch, either way, up to which agreement within intervals is called trust."""
-FAR = 1.7
-"""The same ratio from which machines fitted to the circle decide nothing: friction varies less from day to day."""
+CLOSE = 1.25  # Ratio of predicted to measured glitch, either way, up to which agreement within intervals is trust
+FAR = 1.7  # The same ratio from which machines fitted to the circle decide nothing: friction varies less between days
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,12 +45,10 @@ class Candidate:
     glitch: float  # The largest magnitude of them [m]; the median over places where it depends on counts
     places: tuple[float, ...] = ()  # The same at each place between two counts [m]; empty where one run is enough
     warnings: tuple[Notice, ...] = ()  # Warnings of the simulation; severity ``wrong`` forbids the scheme
-    # Glitch on each of the machines that were drawn [m], the same for every scheme; nan where the scheme cannot run
-    drawn: tuple[float, ...] = ()
+    drawn: tuple[float, ...] = ()  # Glitch on each machine drawn [m], the same for all schemes; nan where it cannot run
     oscillation: float = 0.0  # Oscillation where no axis reverses [m]; 0 where it is not known
     swings: tuple[float, ...] = ()  # The same on each of the machines that were drawn [m]; empty where it is not known
-    # Results on machines drawn from what was identified, with the encoder's step; None where none was drawn so
-    predicted: Predicted | None = None
+    predicted: Predicted | None = None  # On machines drawn from what was identified, with the encoder's step; else None
 
     @property
     def named(self) -> str:
@@ -126,10 +122,8 @@ class Evidence:
     agree: int = 0  # Measured circles that are as predicted
     notices: Sequence[Notice] = ()  # What the files that the machine is made of, and the runs, warn of
     distrust: Sequence[Notice] = ()  # Why no interval of a prediction must be trusted
-    # What speaks against the machine's files, but not against machines that were made to agree with a measured circle
-    settled: Sequence[Notice] = ()
-    # The largest glitch that was measured on this circle [m], by name of the scheme that was on
-    measured: Mapping[str, float] = field(default_factory=dict)
+    settled: Sequence[Notice] = ()  # Against the machine's files, not machines that agree with a measured circle
+    measured: Mapping[str, float] = field(default_factory=dict)  # Largest on this circle [m], by the scheme that was on
     tolerance: float | None = None  # Glitch that is allowed [m]; None where none was given
     machine: str = "MACHINE.yaml"  # machine, circle: names of both files, for what to type next
     circle: str = "CIRCLE.h5"
@@ -137,10 +131,8 @@ class Evidence:
     rotary: bool = False  # Whether all axes are rotary, which no circle is of
     failed: str = ""  # Why the simulation failed; empty where it did not
     missing: tuple[str, ...] = ()  # What could not be made of logs, and the record that is missing for it
-    # The largest glitch, predicted and measured, of the measured circle [m]; None without a circle
-    glitches: tuple[float, float] | None = None
-    # The largest measured glitch of each axis without a model [m], by its name
-    unmodelled: Mapping[str, float] = field(default_factory=dict)
+    glitches: tuple[float, float] | None = None  # Largest of the measured circle, predicted and measured [m]
+    unmodelled: Mapping[str, float] = field(default_factory=dict)  # The same, by axis without a model [m]
 
     @property
     def designed(self) -> bool:
@@ -323,13 +315,10 @@ EARNED = 0.05  # Share of the uncompensated glitch by which a scheme must be bet
 ENOUGH_MACHINES = 20  # Machines below which a share of 95 % is a guess
 RESAMPLES = 400  # Resamples of the drawn machines for the interval of a difference
 CYCLE = 0.5e-6
-"""Oscillation below which nothing is called a limit cycle [m].
-
-On the machines of configs/reality, waves and cogging leave up to 0.75 µm with and without compensation, encoders 0.2
-µm; limit cycles of too fast observers on a second mass leave 3 to 31 µm."""
+"""Oscillation below which nothing is called a limit cycle [m]: on the machines of configs/reality, waves and cogging
+leave up to 0.75 µm, encoders 0.2 µm; limit cycles of too fast observers on a second mass leave 3 to 31 µm."""
 CYCLE_RATIO = 2.5
-"""Ratio of the oscillation to that without compensation from which it is a limit cycle: a loop with a peak sensitivity
-of 6 dB doubles the disturbances of the guideway."""
+"""Ratio to the oscillation without compensation from which it is a limit cycle: a peak of 6 dB doubles disturbances."""
 MACHINES = 100  # Machines to request where none, or too few, were drawn
 
 

@@ -36,14 +36,11 @@ from fric.results.kinds import EncoderName
 from fric.simulate.processes import run_all
 from fric.units import readable
 
-DATE = re.compile(r"\d{4}-?\d{2}(-?\d{2}(\D.*)?)?")
-"""Names of folders that are dates: 2026-11, 2026-11-21, 20261121, each optionally followed by a time."""
+DATE = re.compile(r"\d{4}-?\d{2}(-?\d{2}(\D.*)?)?")  # Folders: 2026-11, 2026-11-21, 20261121, with a time or without
 LEVEL = 0.05  # Largest probability, over a fleet, with which an unchanged axis is reported as changed
 FREEDOM = {"gms": 4.0, "plant": 7.0, "glitch": 7.0}
-"""Degrees of freedom of intervals: cycles of a record or periods of an excitation, less 1.
-
-A glitch has as few as a plant: 400 circles tested its intervals, and do not show their tails further.
-"""
+"""Degrees of freedom of intervals: cycles of a record or periods of an excitation, less 1. A glitch has as few as a
+plant: 400 circles tested its intervals, and do not show their tails further."""
 SHOWN = ("F_c", "F_s", "v_s", "sigma")  # Numbers of an axis that the table of a fleet shows
 
 

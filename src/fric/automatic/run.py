@@ -13,19 +13,10 @@ from typing import Annotated, Any
 
 from pydantic import ValidationError
 
+from fric.automatic import steps
 from fric.automatic.fleet import FleetResult, FleetStudy, find_fleet, fleet
 from fric.automatic.sources import LEAVES_OUT, Source, Sources, find_sources
-from fric.automatic.steps import (
-    SPARED,
-    AxisOutcome,
-    Session,
-    Step,
-    identify_axes,
-    ingest_steps,
-    step,
-    take_efforts,
-    trace_step,
-)
+from fric.automatic.steps import AxisOutcome, Session, Step, step
 from fric.circles.gains import GAINS, USUAL
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.base import provenance
@@ -262,7 +253,7 @@ class AutoResult(Result, schema=AutoDocument):
         if inputs and inputs.tests:
             return inputs.verdict(inputs.tests[-1])
         lacks = (text for axis in self.axes.values() for text in axis.missing if not axis.whole)
-        missing = tuple(text for text in lacks if text.partition(":")[0] not in SPARED)
+        missing = tuple(text for text in lacks if text.partition(":")[0] not in steps.SPARED)
         failed = next((text.partition(": ")[2] for text in self.failed if text.startswith("circle: ")), "")
         return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary, missing=missing, failed=failed))
 
@@ -295,8 +286,7 @@ class AutoResult(Result, schema=AutoDocument):
         ]
         wrong = [f"wrong: {item.kind} of axis {item.axis}: {text}" for item, text in items if text.severity == "wrong"]
         doubts = {n.code: re.split(r"(?<!Eq)[.] ", n.says)[0].rstrip(".") for _, n in items if n.severity == "doubt"}
-        more = [f"doubt: {says} (`fric help {code}`)" for code, says in doubts.items()]
-        return [*dict.fromkeys(wrong), *more]
+        return [*dict.fromkeys(wrong), *(f"doubt: {says} (`fric help {code}`)" for code, says in doubts.items())]
 
 
 def _found(name: str, outcome: AxisOutcome) -> Table:
@@ -325,15 +315,13 @@ def _found(name: str, outcome: AxisOutcome) -> Table:
     return named(("", "value", "95 % interval", "unit"), rows, f"axis {name}", notices)
 
 
-FOUND: Mapping[str, tuple[str, ...]] = {
+FOUND: Mapping[str, tuple[str, ...]] = {  # Sections of each part's file that the table of results shows
     "plant": (), "controller": (), "friction": ("static", "static_negative", "gms", "at_speed")
 }  # fmt: skip
-"""Sections of each part's file that the table of results shows."""
-SHOWN = (
+SHOWN = (  # The numbers that it shows
     "A", "B", "T_d", "K_f", "K_f/B", "K_v", "K_p", "K_i", "velocity_feedforward",
     "F_c", "F_s", "v_s", "delta", "sigma", "F_v", "offset", "C",
 )  # fmt: skip
-"""The numbers that it shows."""
 
 
 @verb
@@ -420,13 +408,13 @@ def auto(
     if encoder == "load" and not any(log.loaded for log in found.logs):
         raise FricError("no log has the position of the load", hint="Name its column load_position in a mapping.")
     if given is None:  # else its plant says what its input is
-        take_efforts(found)
-    files = len(found.traces) + len(list(ingest_steps(found.logs, folder)))
+        steps.take_efforts(found)
+    files = len(found.traces) + len(list(steps.ingest_steps(found.logs, folder)))
     session = Session(folder, run, say, advance)
     session.expect(files + 6 * len({log.axis for log in found.logs}) + 2 + 2 * len(found.circles))
     session.may_know = len(questions) < MOST_QUESTIONS
     for trace, meaning in found.traces.items():
-        traced = trace_step(trace, folder, meaning)
+        traced = steps.trace_step(trace, folder, meaning)
         found.circles += traced.leaves if session.take(traced) else ()
     slow = [path for path in found.circles if any(test.is_slow for test in choose_circles([path]))]
     found.circles.sort(key=slow.__contains__)
@@ -441,7 +429,7 @@ def auto(
         rates.extend([] if file is None else [_rate(file)])
         return file
 
-    axes = identify_axes(session, found, gains, encoder, workers)
+    axes = steps.identify_axes(session, found, gains, encoder, workers)
     session.expect(2 + 2 * len(found.circles))  # steps that lack a record are not to come
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, slow, given is not None)

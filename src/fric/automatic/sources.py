@@ -47,26 +47,22 @@ from fric.results.base import in_one_mode
 from fric.results.ingest import mapping_of
 from fric.units import Motion, rotates
 
-ARCHIVES = frozenset({".zip", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz"})
-"""Endings of archives, which are to be unpacked first."""
+ARCHIVES = frozenset({".zip", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz"})  # Endings of archives
 PACKED = "it is an archive, which is not read: unpack it beside it"
-MOST_UNPACKED, MOST_RATIO, SMALL = 1 << 30, 200, 64 << 20
-"""Bytes that a ZIP unpacks to at most, and that a member does: times those that are stored, or however few are."""
+MOST_UNPACKED, MOST_RATIO, SMALL = 1 << 30, 200, 64 << 20  # Most bytes of a ZIP; of a member: times stored, or anyhow
 MOST_MEMBERS = 2000  # Files of folders, and those that a ZIP unpacks to, at most
 MOTION = "motion"  # Use of records of any kind whose motion determines mass, viscous and Coulomb friction
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m"})
 """Endings of files beside logs that are not logs themselves, unless they begin with the signature of a format."""
 
-_PAPER = re.compile(
+_PAPER = re.compile(  # Names of documentation files beside logs
     r"(?:read[ _-]?me|licen[cs]e|copying|notes?|about|lies[ _-]?mich|changelog|citation)\b", re.IGNORECASE
 )
-"""Names of documentation files beside logs."""
 
 ON_CIRCLES = 0.5  # Share of a file on whole circles above which it is a circle test, and no log besides
 LEAVES_OUT = "`assume=True` leaves such samples out"  # What opens a log with bad cells
 T = TypeVar("T")
-LACKS_FORCE = "no column is named force"
-"""Why a log with a complete header needs a question: another column looks like its force."""
+LACKS_FORCE = "no column is named force"  # Why a complete header needs a question: another column looks like it
 
 
 @dataclass(frozen=True)
@@ -78,8 +74,7 @@ class Source:
     motion: Motion
     kinds: frozenset[str]  # The kind of each record, stated or recognised
     uses: frozenset[str]  # Uses of its records: ``static``, ``gms``, ``plant``
-    # Mapping of its columns, by its name or file; empty where the header does, None for a log file of fric's
-    mapping: str | None = None
+    mapping: str | None = None  # Its mapping, by name or file; empty where its header is one, None for a log of fric
     both: bool = False  # Whether every record has force and input: then it determines the force constant
     driven: bool = False  # Whether every record has an input
     strokes: int = 0  # How many segments at constant velocity, or means of such, its records have
@@ -100,12 +95,10 @@ class Sources:
     logs: list[Source] = field(default_factory=list)  # Files with records
     circles: list[Path] = field(default_factory=list)  # Circle tests, and runs of one scheme
     controllers: dict[str, Path] = field(default_factory=dict)  # Files with the gains of a controller, by axis
-    # Foreign files with circle tests, which are to be ingested, and the mapping of each; empty where it takes none
-    traces: dict[Path, str] = field(default_factory=dict)
+    traces: dict[Path, str] = field(default_factory=dict)  # Foreign circle tests, and their mappings; empty without
     description: list[Notice] = field(default_factory=list)  # What was guessed, left out, or cannot be read
     copies: list[Path] = field(default_factory=list)  # Files whose records another file holds already
-    # Foreign files that are read with a bundled mapping, by its name
-    guessed: dict[str, list[Path]] = field(default_factory=dict)
+    guessed: dict[str, list[Path]] = field(default_factory=dict)  # Foreign files of bundled mappings, by their names
     beside: dict[str, list[Path]] = field(default_factory=dict)  # Those with a mapping beside them, by its file
     refused: dict[str, list[Path]] = field(default_factory=dict)  # Foreign files that cannot be read, by reason
     open: Guessed = field(default_factory=lambda: Guessed(()))  # What is open of foreign files
@@ -365,10 +358,7 @@ def _excites(record: Record) -> bool | str:
 def _foreign(
     path: Path, mapping: str | None, found: Sources, seen: list[Record], *, assume: bool, axis: str | None
 ) -> str:
-    """Read a foreign log by its header, by a mapping that was given or is bundled, or a circle test.
-
-    Return the reason if none fits; None if one does, or if the error was reported.
-    """
+    """Read a foreign log by its header or a mapping, or a circle test; return why none fits, if it was not reported."""
     if not mapping and (known := beside(path)):
         file, axes = known
         whys = [_read(path, str(file), found, seen, axis=axis, assume=True) for axis in axes]

@@ -144,7 +144,7 @@ def _reported(step: Step, advance: Advance) -> Result:
     return make_report(*step.given, circles=given.pop("circle", ()), advance=advance, **given)
 
 
-VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {
+VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {  # Factory of the step of each command
     "ingest": _ingested,
     "identify plant": _shaken,
     "identify static": _plain(identify_static),
@@ -158,7 +158,6 @@ VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {
     "tune": _tuned,
     "report": _reported,
 }
-"""Factory of the step of each command."""
 
 
 @dataclass

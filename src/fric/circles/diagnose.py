@@ -96,10 +96,8 @@ def _powers(axis: int, frequencies: Real, angle: Real, rest: Real, radius: float
     return np.concatenate(found)
 
 
-BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)
-"""Angles around a reversal that the geometry leaves out: before it, after it at first, after it at most [rad]."""
-RISES = 3e-3
-"""Speed of an axis [m/s] below which its friction rises before a reversal: the loop errs as it does by backlash."""
+BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)  # Left out [rad]: before, after, at most
+RISES = 3e-3  # Speed of an axis [m/s] below which its friction rises before a reversal: the loop errs as by backlash
 FADES = np.radians(np.geomspace(0.7, 14.0, 13))  # Angles in which the tail of a glitch may fade to a third [rad]
 STEPS = 6  # Largest number of steps to fit the shape of the tails
 MIDDLE = np.array([float(np.log(FADES).mean()), 0.0])
@@ -108,8 +106,7 @@ SPREAD = np.array([np.log(FADES[-1] / FADES[0]) / np.sqrt(12.0), 0.3])
 """Prior standard deviations of ln λ and κ: λ is one of `FADES`, and no tail is far from an
 exponential (that of two equal poles has κ = λ over its angle so far, 0.15 to 0.3)."""
 MOST_FITTED, MANY = 10_000, 100_000
-"""Largest number of samples for the fit of the geometry, and for that of a lag, which is computed at once: of more,
-means over neighbours are used."""
+"""Most samples for the fit of the geometry, and for that of a lag, done at once: of more, means are used."""
 
 
 @dataclass(frozen=True)
@@ -276,13 +273,10 @@ BINS = 3600  # Number of parts of a turn: values are computed from their means, 
 class Iso230:
     """Characteristics of ISO 230-4 (2005), Section 3."""
 
-    # Circular deviation of each direction of turning, by 1 and -1: least radial separation of two concentric circles
-    # that hold the path [m]; G_b of both paths, None of one direction
-    G: dict[int, float]
-    G_b: float | None
-    # Largest and least radial deviation from the nominal circle around the least-squares centre, over all paths [m]
-    F_max: float
-    F_min: float
+    G: dict[int, float]  # By direction (1, -1): least radial separation of concentric circles that hold the path [m]
+    G_b: float | None  # The same of both paths; None of one direction
+    F_max: float  # Largest radial deviation from the nominal circle about the least-squares centre, over all paths [m]
+    F_min: float  # Least radial deviation from it [m]
     D: float | None  # Mean radius of both paths less the nominal radius [m]; None of one direction
 
 
@@ -400,8 +394,7 @@ def identifiability_warnings(
 
 
 ROUNDS = 4  # Number of iterations over the parts that glitches cover
-SHARE = 2e-3
-"""Error of the tails of glitches over the largest glitch: a smaller periodic error is not separable from it."""
+SHARE = 2e-3  # Error of the tails of glitches over the largest glitch: no smaller periodic error is separable from it
 
 
 @dataclass(frozen=True)
@@ -412,16 +405,13 @@ class Diagnosis:
     # By name: ``centre.AXIS`` [m], ``scale.AXIS`` [1], ``backlash.AXIS`` [m], ``mismatch`` [m], ``squareness`` [rad],
     # each with its 95 % interval; open where the test does not determine it
     geometry: Mapping[str, Estimate]
-    # Time by which each axis is behind its reference [s], with its 95 % interval; none of an axis without reference
-    lag: Mapping[str, Estimate]
+    lag: Mapping[str, Estimate]  # Time by which each axis is behind its reference [s], where it has one
     all_glitches: tuple[Mapping[str, Glitch], ...]  # Per test and quadrant
     periodic: tuple[tuple[Periodic, Estimate], ...]  # What repeats along an axis, with its amplitude [m]
     figures: Iso230  # Figures of ISO 230-4
-    # rest, scatter, noise: what geometry, glitches and pitch leave: its root mean square [m] over parts of half a
-    # degree; the standard deviation between revolutions in such a part, None of one revolution; noise of a sample [m]
-    rest: float
-    scatter: float | None
-    noise: float
+    rest: float  # What geometry, glitches and pitch leave: its root mean square over parts of half a degree [m]
+    scatter: float | None  # Its standard deviation between revolutions in such a part [m]; None of one revolution
+    noise: float  # Noise of a sample [m]
     model: tuple[Real, ...]  # Radial deviation that geometry and pitch explain, per test, shape (n,) [m]
     warnings: tuple[Notice, ...] = field(default=())  # Warnings: what the test does not determine
 
@@ -599,13 +589,12 @@ def _resolution(test: MeasuredCircle) -> float:
 
 
 DRAWS = 24  # Machines that are drawn from the intervals of a machine file
-CAUSES = {
+CAUSES = {  # The sentence of a disagreement, by what differs
     "level": "the whole level: friction, K_f or a gain differs",
     "width": "the width: the stiffness before sliding differs",
     "place": "the place: the delay differs",
     "sign": "the sign: gravity, or the direction of the axis",
 }
-"""The sentence of a disagreement, by what differs."""
 WIDE = 0.5  # Share of a predicted glitch from which its interval is wide
 
 
@@ -614,8 +603,7 @@ class Agreement:
     """A prediction compared with the measurement."""
 
     predicted: Diagnosis  # The diagnosis of the simulated circle
-    # 95 % interval of the predicted glitch of each quadrant [m]; None where the machine file has no intervals
-    intervals: Mapping[str, tuple[float, float]] | None
+    intervals: Mapping[str, tuple[float, float]] | None  # 95 % interval of the predicted glitches [m], by quadrant
     agrees: Mapping[str, bool]  # By quadrant of an axis that is known, whether measured and predicted intervals meet
     causes: Mapping[str, str]  # By quadrant that does not agree, a key of `CAUSES`
     scheme: str  # The scheme that was simulated
@@ -708,10 +696,8 @@ def agreement(
 
 
 def _cause(found: Glitch, said: Glitch, pulse: GlitchPulse, other: GlitchPulse) -> str:
-    """Return what differs most between two pulses: sign, level, width or place.
-
-    The measured pulse is written as ``g·p((φ - d)/w)`` of the predicted p, and the largest of |ln g|, |ln w| and the
-    shift in half widths is named.
+    """Return what differs most between two pulses: sign, level, width or place, by the largest of |ln g|, |ln w| and
+    the shift in half widths, with the measured pulse ``g·p((φ - d)/w)`` of the predicted p.
     """
     small, large = sorted(map(abs, (found.value, said.value)))
     if found.value * said.value < 0 and small > 0.25 * large:

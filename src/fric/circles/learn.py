@@ -80,10 +80,9 @@ class LearnedFeedforward:
 
     circle: MeasuredCircle  # The circle that was learned, which it is for
     how: Learning  # How it was learned
-    # time, reference, voltage: by axis, instants [s], reference [m], voltage against friction [V], each of shape (n,)
-    time: Mapping[str, Real]
-    reference: Mapping[str, Real]
-    voltage: Mapping[str, Real]
+    time: Mapping[str, Real]  # Instants [s], by axis, each of shape (n,)
+    reference: Mapping[str, Real]  # Reference [m]
+    voltage: Mapping[str, Real]  # Voltage against friction [V]
     warnings: tuple[Notice, ...]  # What the user should know
 
 
@@ -117,8 +116,7 @@ def learn_from(
     return LearnedFeedforward(test, how, time, wanted, voltage, (flaws.LEARNED_FROM_ONE_CIRCLE.found(), *beside))
 
 
-OTHERS = ((1.0, 0.5), (2 / 3, 1.0))
-"""Circles on which the learned voltage is tried, where it does not fit: shares of radius and feed."""
+OTHERS = ((1.0, 0.5), (2 / 3, 1.0))  # Circles to try the learned voltage on: shares of radius and feed
 VOLT = 1e-6  # Step of the learned voltage [V], below any converter's: rounding errors of filters do not propagate
 Fed = Mapping[str, Real]  # Voltage against friction by axis [V], shape (n,)
 GAINS = 0.9  # Share of the first glitch above which learning has no effect
@@ -130,8 +128,7 @@ class Learned:
 
     machine: Machine
     how: Learning
-    # Rounds at the place whose last glitch is the median, each with its errors at all places; first the models' own
-    rounds: tuple[CircleRun, ...]
+    rounds: tuple[CircleRun, ...]  # Of the place with the median last glitch, with errors at all; first the models' own
     # Other circles with the last feedforward, by angle: radius, feed [m], [m/s], and median glitch [m]
     carried: tuple[tuple[float, float, float], ...]
     warnings: tuple[Notice, ...]  # What the user should know

@@ -128,8 +128,7 @@ class Revolutions:
     angle: Real  # Angle on the reference circle [rad], unwrapped, in the order of the motion, shape (n,)
     deviation: Real  # Radial deviation from the nominal circle [m], shape (n,)
     revolution: Indices  # Number of the revolution that each sample is of, shape (n,)
-    # Reference less position of each axis [m], by name, shape (n,); none of an axis without reference
-    errors: dict[str, Real]
+    errors: dict[str, Real]  # Reference less position [m], by name of an axis with reference, shape (n,)
 
     @property
     def count(self) -> int:
@@ -207,8 +206,7 @@ NARROWER = 0.45
 At 0.6 it was 0.7 of it, and intervals held 86 %."""
 SUDDEN = 0.02  # Longest time in which a kick moves an axis inwards [s]
 KICK = 0.12  # Least ratio of depth inwards to height outwards of a kick
-AHEAD = 0.25
-"""Share of its depth that a kick has reached a fifth of `SUDDEN` before the reversal, above which it is too early."""
+AHEAD = 0.25  # Share of its depth that a kick has reached a fifth of `SUDDEN` before the reversal: more is too early
 GRADUAL = 0.75
 """Share of a smaller depth that comes within the second half of `SUDDEN`, below which friction moves the axis: in
 simulations 0.83 or more by a compensation, 0.67 or less by friction that rises as the speed falls."""

@@ -173,8 +173,7 @@ SMEARED = 4.0
 strokes and travels, and an axis that breaks away in a jump reduce the residual. Of 18 machines with other laws of
 friction all 70 next circles are within their intervals then; they left 2.9 times what the model alone predicts
 (median), 1.3 times what is predicted with it. A circle without compensation, whose reversals jump, needs 3.6."""
-DIFFERS, MORE = 1.5, 0.15e-6
-"""Ratio to, and difference from, the model's prediction [m], above which friction follows another law."""
+DIFFERS, MORE = 1.5, 0.15e-6  # Ratio to, and excess over, the model's prediction [m] that show another law of friction
 
 
 @dataclass(frozen=True)
@@ -257,9 +256,8 @@ def _exceeds(chance: Chance, other: Chance) -> bool:
 def _of_the_encoder(
     test: MeasuredCircle, n: int, tuned: Mapping[str, TunedAxis], scheme: Scheme, again: Callable[[str], list[Real]]
 ) -> Chance:
-    """Return the glitches of the n-th circle with residuals that `again` gives, of machines that are as the model.
-
-    The residual also contains the error of the encoder, which is added to friction in the same way.
+    """Return the glitches of the n-th circle with residuals that `again` gives, of machines that are as the model: of
+    the error of the encoder, too, which is added to friction in the same way.
     """
     glitches = []
     for place in range(PLACES):
@@ -390,13 +388,10 @@ def measured_glitch(test: MeasuredCircle) -> float:
     return max(map(abs, measured_quadrants(test)))
 
 
-GLITCH_APART, SHARE_APART = 5e-7, 0.03
-"""Largest error of a completed machine in a measured glitch [m], and as a share of it."""
+GLITCH_APART, SHARE_APART = 5e-7, 0.03  # Largest error of a completed machine in a measured glitch: [m], as a share
 FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
-"""How far from the plant's another delay is looked for [s], how much better it must explain a circle's voltages, and by
-what share of the delay it must differ."""
-SOFTER, STIFFER = Spread(0.5, 0.5), Spread(2.0, 2.0)
-"""Factors of the stiffness of the logs, which shifts a reversal as a delay does."""
+"""Most shift of the delay [s], least gain in a circle's voltages by it, and its least share of the delay."""
+SOFTER, STIFFER = Spread(0.5, 0.5), Spread(2.0, 2.0)  # Factors of the logs' stiffness, which shifts as a delay does
 OTHER_FEED = 2.0  # Ratio of feeds, and of radii, beyond which a measured circle predicts little of another
 
 
@@ -522,8 +517,7 @@ def observers_distrust(schemes: Sequence[Scheme], notices: Iterable[Notice]) -> 
 
 
 LEARNED = "learned"  # Name of the friction model of a scheme that feeds forward what was learned
-CLEARLY = 0.6
-"""Largest share of the glitch under the best model that remains after learning, for learning to judge the model."""
+CLEARLY = 0.6  # Largest share of the glitch under the best model that is left after learning, for it to judge the model
 
 
 def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
@@ -605,8 +599,7 @@ def loop_warnings(axes: Mapping[str, TunedAxis]) -> Iterator[Notice]:
 
 GAIN = 0.97  # Largest share of four parameters' residual that the full shape may leave, to be chosen
 DISPLACED = 0.5e-6  # Largest error of the position by a jittering clock [m]: more exceeds the error to compensate
-AGAIN, RESTS = 3, 0.01
-"""Largest number of refinements of motion and fit, and the change of the logarithms at which they end."""
+AGAIN, RESTS = 3, 0.01  # Most refinements of motion and fit, and change of the logarithms at which they end
 FEWER = (
     ("level", "stiffness", "alpha", "k"), ("level", "C", "ratio", "v_s", "delta"), ("level",),
 )  # fmt: skip

@@ -45,8 +45,7 @@ BREAK_AWAY = 0.5e-6  # The motion behind a reversal is sampled `FINE` times whil
 FINE = 8
 ROWS = 400.0  # Least rate of the compared samples [Hz]: behind the filter, samples between them add no information
 LEAST, TURNED = 32, 1.5 * pi  # Samples that are compared, and angle that they cover [rad], at least
-SLIDING, COARSE = 0.35, 8
-"""Where an axis moves faster than this share of the feed, friction is replayed from every n-th sample."""
+SLIDING, COARSE = 0.35, 8  # Share of the feed above which friction is replayed from every n-th sample, and n
 TAPS = 3.0  # Half of the length of the filter, in periods of its corner: what is beyond is 1e-5 of it
 
 
@@ -88,15 +87,12 @@ class VoltageRecord:
     time: Real  # Even sample instants [s], shape (n,)
     position: Real  # position, velocity: the motion [m], [m/s], without the encoder's steps, shape (n,)
     velocity: Real
-    # inertia, damping: acceleration [m/s²] and velocity [m/s] behind the filter of what is compared, shape (n,)
-    inertia: Real
-    damping: Real
+    inertia: Real  # Acceleration behind the filter of what is compared [m/s²], shape (n,)
+    damping: Real  # Velocity behind it [m/s], shape (n,)
     voltage: CubicSpline  # The control voltage behind the same filter, as a function of time
     used: Mask  # Samples that are compared, evenly spaced, shape (n,)
-    # Samples along which friction is replayed: all near a reversal, few where the axis slides, shape (k,)
-    nodes: Indices
-    # Number of the revolution that a sample is of; -1 outside whole revolutions at steady feed, shape (n,)
-    revolution: Indices
+    nodes: Indices  # Samples of which friction is replayed: all near a reversal, few in sliding, shape (k,)
+    revolution: Indices  # Revolution that a sample is of; -1 outside whole revolutions at steady feed, shape (n,)
     angle: Real  # Angle on the circle [rad], shape (n,)
     raw: tuple[Real, ...]  # What was recorded at even instants: time, reference, position, voltage, each of shape (N,)
     whole: Real  # The motion at these instants [m], shape (N,)
@@ -237,11 +233,10 @@ def _seen(test: MeasuredCircle, t: Real, axis: str) -> tuple[Real, Indices, Mask
 
 FOUR = ("level", "stiffness", "C", "T_d")  # The parameters tuned first
 FALL = ("ratio", "v_s", "delta")  # Those of the fall of friction with speed
-PRIORS = {
+PRIORS = {  # Prior standard deviations of the coordinates' logarithms about their nominal values
     "level": 0.5, "stiffness": 1.0, "C": 2.0, "T_d": 0.15, "ratio": 0.3, "v_s": 0.7, "delta": 0.3, "side": 0.2,
     "alpha": 0.4, "k": 0.7,
 }  # fmt: skip
-"""Prior standard deviations of the coordinates' logarithms about their nominal values."""
 
 
 @dataclass(frozen=True)
@@ -343,8 +338,7 @@ def parameters(model: GMS) -> dict[str, float | tuple[float, ...]]:
     return {**static, "alpha": model.alpha, "k": model.k, "C": model.C}
 
 
-STARTS = ((0.74, 1.0), (0.5, 2.7), (1.2, 0.22))
-"""Stiffness and C, as shares of the nominal values, at which the search begins."""
+STARTS = ((0.74, 1.0), (0.5, 2.7), (1.2, 0.22))  # Stiffness and C at which the search begins, over the nominal values
 RESTS = 1e-4  # Relative change of the squares, and move in the logarithm, below which a search ends
 STEP = 4e-3  # Step of the derivatives, in the logarithm
 NOISE = 0.5e-3  # Least standard deviation of a residual relative to the priors [V]
@@ -502,8 +496,7 @@ DRAWS = 8  # Number of simulated repetitions of each circle
 ENCODER_DRAWS = 3  # The same, for the part of a residual due to the encoder
 SHAPE = 1.6
 """Residual of four parameters over noise and encoder effects, above which the full shape is fitted. Where the shape is
-right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler.
-"""
+right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler."""
 
 
 def recorded_again(found: FittedBalance, draws: int = DRAWS) -> list[Real]:
@@ -548,8 +541,7 @@ def _once_more(found: FittedBalance, n: int, rng: np.random.Generator) -> Measur
     return replace(record.test, axes={**record.test.axes, record.axis: trace})
 
 
-SMOOTHED = 40.0
-"""Corner of the filter over the instruments [Hz]: at 50 Hz 1 % of T_d are left, below 40 they show too little."""
+SMOOTHED = 40.0  # Corner of the filter over the instruments [Hz]: at 50 Hz 1 % of T_d are left, below 40 too little
 GROWN = 1.02  # Largest residual of instruments over that of least squares: with more, they are too weak
 
 
@@ -631,10 +623,8 @@ def whole(found: FittedBalance) -> tuple[FittedBalance, Real]:
 class TunedEstimates:
     """Friction and plant with their 95 % intervals."""
 
-    # static, negative, gms, plant: parameters by name; ``offset`` is among those of the static map. ``negative`` is the
-    # map of the negative direction, where each direction has a map.
-    static: dict[str, Estimate]
-    negative: dict[str, Estimate] | None
+    static: dict[str, Estimate]  # static, negative, gms, plant: parameters by name, ``offset`` in the static map
+    negative: dict[str, Estimate] | None  # Map of the negative direction, where each has one
     gms: dict[str, Estimate]
     plant: dict[str, Estimate]
     covariance: Covariance  # Covariance of the logarithms of the fitted parameters
@@ -684,11 +674,9 @@ class TunedAxis:
 
 
 FEEDS_APART = 3.0  # Ratio of the feeds of two circles above which they hold different information
-LATE = 0.25
-"""Relative deviation of the delay from the nominal value that gives a warning, where its interval excludes it."""
+LATE = 0.25  # Relative deviation of the delay from the nominal one that gives a warning, where its interval excludes it
 BLOCKS_ALIKE = 0.5
-"""Distance of two blocks' slip displacements, in the logarithm, below which they are not separable: the residual has
-several minima there, whose alpha and k differ by up to 20 %."""
+"""Distance of two slip displacements (logarithm) below which the residual has several minima, alpha and k ± 20 %."""
 MISFIT = 3.0  # Largest residual of a result over the noise
 AT_BOUND = 0.97  # Share of a bound of the search above which a parameter counts as at it
 SMALL_STEP = 1e-4  # Step of derivatives between parameters and coordinates, in the logarithm
@@ -796,8 +784,7 @@ def tuned_estimates(found: FittedBalance, plant: Plant, motion: Motion, *, unexp
     p, quantile = len(found.x), float(stdtrit(len(left), 0.975))
     slope, labels = _logarithms(found)
     spread, halves = slope @ covariance @ slope.T, _half_widths(slope, covariance, errors)
-    # blocks that slip together are separable only by where they were found: use the information on each where they do
-    # not
+    # blocks that slip together are only separable by where they were found: use the information where they do not
     if (at_one := merged(found)) is not None:
         halves = np.maximum(halves, _half_widths(slope, *_covariance(at_one, left)))
     moved = slope @ step
@@ -855,9 +842,8 @@ def _half_widths(along: Real, covariance: Real, errors: Real) -> Real:
 
 
 def _of_either(half_kept: float, moved: float, half: float, level: float) -> float:
-    """Return a quantile of an error that is, at equal odds, normal about 0 or about another estimate.
-
-    Half-widths are of 95 %; that about 0 may be 0, as where a parameter was kept.
+    """Return a quantile of an error that is, at equal odds, normal about 0 or about another estimate, by half-widths of
+    95 %, of which that about 0 may be 0, as where a parameter was kept.
     """
     centres, deviations = np.array([0.0, moved]), np.maximum([half_kept, half], 1e-12) / ndtri(0.975)
     if np.ptp(ends := centres + deviations * ndtri(level)) == 0:

@@ -55,8 +55,7 @@ class Validation:
     # fourth-order Butterworth filter.
     signals: dict[str, Compared]
     cutoff: float  # Its corner [Hz]
-    # First and last sample of the second with the largest force error (in open loop, velocity error)
-    worst: tuple[int, int]
+    worst: tuple[int, int]  # First and last sample of the second with the largest force (in open loop, velocity) error
     warnings: tuple[Notice, ...] = ()  # What the record shows of controller and voltage
 
 

@@ -30,8 +30,7 @@ WIDTH = 80  # Largest width of a line of an example [columns]
 OUTPUT = ("output", "plot", "plot_reversal", "json", "force", "help")  # Options for the places of results, listed last
 
 
-UsageError: Any = typer.BadParameter.__base__
-"""The error of a command line, of which Typer itself names the errors of single values alone."""
+UsageError: Any = typer.BadParameter.__base__  # Error of a command line: Typer names those of single values alone
 
 
 def listed(homes: Mapping[str, Any], name: str, text_of: Any) -> dict[str, list[tuple[str, str]]]:
@@ -108,12 +107,11 @@ def _continued(text: str, words: str) -> str:
     return f"{text} {words}" if fits else f"{text} \\\n      {words}"
 
 
-METAVARS = {
+METAVARS = {  # Placeholder of a quantity in a help text, by its dimension
     "time": "TIME", "frequency": "FREQUENCY", "position": "LENGTH", "velocity": "SPEED", "force": "FORCE",
     "angle": "ANGLE", "gain": "GAIN", "mass": "MASS", "input": "VOLTAGE", "acceleration": "ACCELERATION",
     "force per input": "K_F", "rate": "GAIN", "velocity gain": "GAIN", "position gain": "GAIN",
 }  # fmt: skip
-"""Placeholder of a quantity in a help text, by its dimension."""
 PLACEHOLDERS: Mapping[Any, str] = {int: "N", float: "X", str: "TEXT"}  # The same of other values, by their type
 
 
@@ -364,8 +362,7 @@ def found(home: str) -> Callable[..., Any]:
     return getattr(import_module(module), name)
 
 
-Home = str | Command | typer.Typer
-"""A command as its verb makes it, ``module:function`` of one that is written by hand, or a group."""
+Home = str | Command | typer.Typer  # A command: of its verb, ``module:function`` if written by hand, or a group
 PLAIN: dict[str, Any] = {"rich_markup_mode": None, "pretty_exceptions_enable": False}
 """Rich's help would make ``fric --help`` take 2.4 times as long as to import Typer, in place of 1.4."""
 

@@ -72,8 +72,7 @@ DESIGN: dict[str, Home] = {
 }  # fmt: skip
 
 RUN = Output("RUN.h5", "Keep traces and metrics in this file.", required=False, writes="HDF5")
-BELIEFS = ("nominal_files", "gain", "lead")
-"""Options for the nominal models of a machine's controllers, instead of those in its file."""
+BELIEFS = ("nominal_files", "gain", "lead")  # Options for models that controllers use in place of the machine's
 CONTOUR = {"schemes": "--scheme", "known": "--schemes", "nominal_files": "--friction --with"}
 FEED = {"velocity": "--velocity --feed"}
 

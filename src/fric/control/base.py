@@ -77,8 +77,7 @@ class ControlBlock(Parametrised):
     linear: ClassVar[bool]
     """True where the step is linear in sample and state: then the loop is judged by its poles and margins, which come
     from probing the step. A block that is not linear is not gated by poles."""
-    asks: ClassVar[str]
-    """What it asks of a controller, in a few words: signals, memory, look-ahead."""
+    asks: ClassVar[str]  # What it asks of a controller, in a few words: signals, memory, look-ahead
     step: ClassVar[BlockStep]
     feeds_back: ClassVar[bool] = False
     """True for a feedforward that depends on the measured motion, and so affects stability as the other kinds do."""

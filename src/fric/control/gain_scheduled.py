@@ -38,8 +38,7 @@ from fric.kernels.block import Sample, compiled_block
 
 SEEN, FILTERED, INTEGRAL, PENDING, TURNED, HEADING, LEVEL, BEFORE, ALONG, HANDED, DONE = range(11)
 HEAD = 9
-SOFTER = 4.0
-"""Factor by which the friction may be softer than nominal: the gains act over a travel longer by that factor."""
+SOFTER = 4.0  # Factor by which the friction may be softer than nominal: the gains act over a travel longer by it
 
 
 @compiled_block

@@ -31,8 +31,7 @@ from fric.reference import circle
 
 ENTRIES = 20
 HEAD = 10
-ACCELERATIONS = (0.003, 0.03, 0.33)
-"""Accelerations at a reversal to which the pulse is fitted [m/s²]: circles of 30 mm at 10, 30 and 100 mm/s."""
+ACCELERATIONS = (0.003, 0.03, 0.33)  # Accelerations at fitted reversals [m/s²]: circles of 30 mm at 10, 30, 100 mm/s
 
 
 @compiled_block

@@ -11,8 +11,7 @@ from fric.kernels.loop import BLOCKS
 from fric.reference import MOST_LEAD
 from fric.verb import typed
 
-Lead = float | Literal["auto"]
-"""Lead of the feedforward ahead of the reference [s]; ``auto`` for the delay T_d of the nominal plant."""
+Lead = float | Literal["auto"]  # Of the feedforward ahead of the reference [s]; ``auto``: T_d of the nominal plant
 LARGEST_GAIN = 5.0  # Of a feedforward: more is no share of a friction that is believed
 
 
@@ -121,7 +120,7 @@ class Scheme:
 
 NONE = Scheme("a", "none")
 
-PAPER_SCHEMES: dict[str, Scheme] = {
+PAPER_SCHEMES: dict[str, Scheme] = {  # The six schemes of Table 2
     scheme.name: scheme
     for scheme in (
         NONE,
@@ -132,7 +131,6 @@ PAPER_SCHEMES: dict[str, Scheme] = {
         Scheme("f", "GMS + observer", friction="gms", blocks=(OBSERVER,)),
     )
 }
-"""The six schemes of Table 2."""
 
 
 def choose_schemes(asked: str, known: Mapping[str, Scheme] | None = None) -> list[Scheme]:

@@ -21,8 +21,7 @@ class BlockDesign:
     """A control block, and the margins of the whole loop with it, opened at the plant's input."""
 
     block: ControlBlock  # The block
-    # Margins with it, around rest where it is not linear; None where it does not feed back, or has no margins
-    margins: Margins | None
+    margins: Margins | None  # Margins with it, around rest where it is not linear; None without feedback or margins
     reason: str  # Reason for its parameters
     response: OpenLoop | None = None  # The open loop as a function of the frequencies [Hz], where it has margins
 

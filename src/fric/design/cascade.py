@@ -57,10 +57,8 @@ class CascadeDesign:
 
     plant: LinearPlant  # plant, cascade: the axis and its controller
     cascade: Cascade
-    # velocity, position: margins of the open velocity loop C·G·D, and of the open position loop with the velocity loop
-    # closed
-    velocity: Margins
-    position: Margins
+    velocity: Margins  # Of the open velocity loop C·G·D
+    position: Margins  # Of the open position loop, with the velocity loop closed
     input: Margins  # Margins at the plant's input, where both loops are opened at once
 
     def loops(self) -> dict[str, Loop]:

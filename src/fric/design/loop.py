@@ -29,8 +29,7 @@ from fric.control.probe import Probed, impulses, probed
 from fric.drive.plant import LinearPlant, SampledPlant
 from fric.reference import Reference
 
-LAST_VOLTAGE = ("input", "control")
-"""Inputs of a block for the voltage one sample ago; without friction feedforward both are equal."""
+LAST_VOLTAGE = ("input", "control")  # Inputs for the voltage one sample ago; without friction feedforward equal
 
 
 @dataclass(frozen=True)
@@ -195,9 +194,8 @@ class Margins:
     phase_crossover: float  # Frequency of the phase crossover that has the gain margin [Hz]
     gain_margin: float  # Smallest factor on the gain above 1 that would do so
     gain_reduction: float  # Largest factor below 1 that would do so; 0 where the gain may fall at will
-    # peak_sensitivity, peak_frequency: M_s = max |1/(1 + L)| and where it is [Hz]: 1/M_s is the distance of L from −1
-    peak_sensitivity: float
-    peak_frequency: float
+    peak_sensitivity: float  # M_s = max |1/(1 + L)|; 1/M_s is the distance of L from −1
+    peak_frequency: float  # Frequency at which it is [Hz]
     bandwidth: float  # First frequency at which |L/(1 + L)| has fallen by 3 dB [Hz]
 
     def as_dict(self) -> dict[str, Any]:

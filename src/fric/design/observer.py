@@ -19,8 +19,7 @@ from fric.log import FrequencyResponse
 from fric.notice import Notice
 from fric.verb import require_within
 
-CIRCLE_95 = float(np.sqrt(-2 * np.log(0.05)))
-"""Radius of the circle that holds 95 % of a complex normal error, over the deviation of its real and imaginary part."""
+CIRCLE_95 = float(np.sqrt(-2 * np.log(0.05)))  # Radius of 95 % of a complex normal error over its parts' deviation
 SURE = 0.5
 """Radius below which a line without any perturbation has |Delta| and its confidence below 1: |Delta| is in it, too."""
 
@@ -31,8 +30,7 @@ class StructuralMode:
 
     frequency: float  # ω/2π [Hz]
     damping: float  # ζ, below 1
-    # Mobility over that of the rigid body, at the encoder: positive where encoder and motor move in phase
-    share: float = 1.0
+    share: float = 1.0  # Mobility over that of the rigid body, at the encoder: positive where it and motor are in phase
 
     def __post_init__(self) -> None:
         require_within(self, "the resonance", frequency="(0, inf)", damping="(0, 1)")
@@ -284,10 +282,7 @@ def design_observer(
 
 
 def _too_sensitive(whole: WholeLoop, without: float, asked: float) -> FricError:
-    """Return the error of a loop that is too sensitive without an observer: of its controller, or of the response.
-
-    The controller is blamed where the response is known well; where it is not, nothing is known of the loop.
-    """
+    """Return the error of a loop too sensitive by itself: of its controller, or of a response known badly."""
     Delta = whole.perturbation
     if Delta.measured and WholeLoop(whole.plant, whole.cascade, Delta.sure()).peak() <= asked:
         f, radius = Delta.frequency, Delta.radius

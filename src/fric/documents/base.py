@@ -335,8 +335,7 @@ def warned(notices: Iterable[Notice]) -> dict[str, Any]:
     return {"warnings": [str(word) for word in words], "warnings_coded": [word.as_dict() for word in words]}
 
 
-HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provenance")
-"""Keys above and below the content."""
+HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provenance")  # Keys above and below the rest
 
 
 class Document(Part):

@@ -12,10 +12,9 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, Field
 from fric.errors import FricError, require_name
 from fric.estimate import Estimate
 
-Known = Annotated[
+Known = Annotated[  # A number, or null for an infinite value or NaN, which JSON cannot hold
     float | None, BeforeValidator(lambda given: None if isinstance(given, float) and not isfinite(given) else given)
 ]
-"""A number, or null for an infinite value or NaN, which JSON cannot hold."""
 
 
 class SchemaError(FricError, ValueError):

@@ -493,8 +493,7 @@ def read_spreads(path: Path | str) -> dict[str, Spread]:
     return {name: part.spread() for name, part in read_document(path, SpreadDocument).spreads.items()}
 
 
-CROSSED = 50.0
-"""Frequency at which a misfit of the response counts as a phase error [Hz]: about that of a feed drive's loop."""
+CROSSED = 50.0  # Frequency at which a misfit of the response counts as a phase error [Hz]: about a feed drive's loop
 OPEN = 2.0  # Factor to either side that bounds a parameter whose interval is open, or does not contain its estimate
 AT_LEAST = 1e-3  # Errors below this share are neglected
 FORM: Mapping[str, float] = {"k": 0.1, "alpha": 0.05, "C": 0.2, "v_s": 0.1, "T_d": 0.05, "B": 0.01}
@@ -604,11 +603,9 @@ class IdentifiedMachine:
     """An identified machine."""
 
     machine: Machine  # The machine, true to the estimates
-    # By axis and parameter, the 95 % intervals that include their estimate and are closed
-    intervals: Mapping[str, Intervals]
+    intervals: Mapping[str, Intervals]  # By axis and parameter: those that include their estimate and are closed
     covariances: Mapping[str, Sequence[Covariance]]  # By axis, covariance of these parameters, where the files hold it
-    # By axis, factors of additional differences, from misfit and warnings of the files
-    discrepancies: Mapping[str, Mapping[str, Spread]]
+    discrepancies: Mapping[str, Mapping[str, Spread]]  # Factors by axis, from misfit and warnings
     widened: Mapping[str, tuple[Notice, ...]]  # By axis, why
     warnings: tuple[Notice, ...]  # Which parameters cannot be drawn from their interval
 

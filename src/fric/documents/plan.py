@@ -12,14 +12,13 @@ from fric.notice import Notice
 from fric.simulate.experiment import EXPERIMENTS, Limits, Narrowing, Plan, Planned, Setting
 from fric.units import Motion
 
-SETTINGS = {
+SETTINGS = {  # Dimension of each setting of an experiment
     "speeds": "velocity", "distance": "position", "lasting": "time", "ramp": "time", "repeats": "ratio",
     "amplitudes": "position", "frequency": "frequency", "cycles": "ratio", "mean": "velocity", "swing": "velocity",
     "peaks": "velocity", "lowest": "frequency", "highest": "frequency", "lines": "ratio", "periods": "ratio",
     "step": "position", "steps": "ratio", "loops": "ratio", "dwell": "time",
     "radius": "position", "feed": "velocity", "revolutions": "ratio",
 }  # fmt: skip
-"""Dimension of each setting of an experiment."""
 
 
 class ExperimentPart(Part):

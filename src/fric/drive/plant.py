@@ -13,8 +13,7 @@ from fric.series import largest, real, require_plausible
 from fric.verb import require_within
 
 CURRENT_LOOP = 500.0  # Bandwidth that is assumed of a current loop [Hz]: that of slow servo drives
-OF_EFFORT = 0.5 / (pi * CURRENT_LOOP) + 0.5 / 4000.0
-"""Delay that is assumed of an effort behind what the controller asks for: its loop, and half a sample of a hold [s]."""
+OF_EFFORT = 0.5 / (pi * CURRENT_LOOP) + 0.5 / 4000.0  # Delay assumed of an effort [s]: its loop, half a held sample
 MOST_SAMPLES = 400  # Samples that a delay is at most: each is a state of the loop, whose eigenvalues take their cube
 
 

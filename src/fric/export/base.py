@@ -51,10 +51,9 @@ def identifier(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower() or "axis"
 
 
-LARGEST = {
+LARGEST = {  # Limits of values [m, m/s, m/s², s, N, V; rad, N·m] beyond which an exported step reports a fault
     "position": 1e4, "velocity": 1e3, "acceleration": 1e6, "time": 1.0, "force": 1e9, "voltage": 1e6, "gain": 1e3,
 }  # fmt: skip
-"""Limits of values [m, m/s, m/s², s, N, V; rad, N·m] beyond which an exported step reports a fault."""
 
 
 Role = Literal["compensation", "machine"]
@@ -147,9 +146,8 @@ class BlockPart:
     step: Any  # Its compiled step
     parameters: NDArray[Any]  # As the step reads them
     state: NDArray[Any]  # State of an axis at rest at 0
-    # per_position, per_measured: change of the state per metre of the commanded, and of the measured start position
-    per_position: NDArray[Any]
-    per_measured: NDArray[Any]
+    per_position: NDArray[Any]  # Change of the state per metre of the commanded start position
+    per_measured: NDArray[Any]  # The same of the measured start position
 
     @property
     def name(self) -> str:

@@ -6,8 +6,7 @@ from fric.export.base import ROLES, ExportedPart, Files, Target, identifier, ren
 from fric.export.c import c_files, c_values
 from fric.units import rotates
 
-COMPONENTS = {"compensation": "ff", "machine": "plant"}
-"""Ends of the components' names; halcompile makes a C file of that name, which must differ from the part's C file."""
+COMPONENTS = {"compensation": "ff", "machine": "plant"}  # Ends of names, so that halcompile's C file is not the part's
 JOINTS = {"x": 0, "y": 1, "z": 2, "a": 3, "b": 4, "c": 5}
 
 

@@ -66,8 +66,7 @@ class Move:
     reference: Reference  # The motion
     log: tuple[float, float]  # The part that is logged [s]
     approach: float  # Speed with which its begin is approached, from anywhere in the travel [m/s, rad/s]
-    # Voltage that is added to the control voltage [V], shape (n,); None where there is none
-    excitation: Real | None = None
+    excitation: Real | None = None  # Voltage added to the control voltage [V], shape (n,); None where there is none
 
     @cached_property
     def points(self) -> Waypoints:
@@ -211,8 +210,7 @@ def _text(head: str, columns: np.ndarray[tuple[int, ...], np.dtype[np.float64]])
     return "\n".join([head, *(",".join(f"{value:.9g}" for value in row) for row in columns)]) + "\n"
 
 
-DIALECTS: dict[str, GCode | PointFiles] = {
+DIALECTS: dict[str, GCode | PointFiles] = {  # The dialects by name
     dialect.name: dialect
     for dialect in (LINUXCNC, FANUC, SIEMENS, PointFiles("table", table_files), PointFiles("csv", csv_files))
 }
-"""The dialects by name."""

@@ -27,9 +27,7 @@ class Parameter:
     lower: float = 0.0  # lower, upper: physical bounds in SI
     upper: float = float("inf")
     doc: str = ""  # Its description in one line
-    # Value for a linear feed drive, in SI: where a fit may start, and what the tests that all models share use; the
-    # field's default where not given
-    typical: float | tuple[float, ...] = nan
+    typical: float | tuple[float, ...] = nan  # Of a linear feed drive [SI], else the field's default: where fits begin
     held: bool = False  # True where a fit supposes its typical value, within a factor of two, unless it is freed
     at_least: str = ""  # Name of the parameter that bounds this parameter from below in a fit
     shares: bool = False  # True where the values of the blocks sum to 1
@@ -91,8 +89,7 @@ class FrictionModel(Parametrised):
 
     properties: ClassVar[frozenset[Property]]
     step: ClassVar[Step]
-    identified: ClassVar[bool] = True
-    """False for a model that is simulated only, and that no `fric identify` looks for."""
+    identified: ClassVar[bool] = True  # False for a model that is simulated only, and that no `fric identify` looks for
 
     def __post_init__(self) -> None:
         require_numbers(self, *_names(type(self)))

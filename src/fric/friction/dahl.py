@@ -18,9 +18,8 @@ _FLOAT = types.float64
 
 @compiled(_FLOAT(_FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT), makes_arrays=False)
 def _advance(F: float, dz: float, F_c: float, sigma_0: float, n: float) -> float:
-    """Return the force after a motion dz without reversal: the exact solution, for any n and any dz.
-
-    With ``w = 1 - F·sign(dz)/F_c`` the model reads ``dw/d|z| = -sigma_0/F_c·w^n``.
+    """Return the force after a motion dz without reversal: the exact solution, for any n and any dz, of
+    ``dw/d|z| = -sigma_0/F_c·w^n`` with ``w = 1 - F·sign(dz)/F_c``.
     """
     direction = copysign(1.0, dz)
     w = max(1.0 - direction * F / F_c, 0.0)

@@ -18,10 +18,8 @@ from fric.series import real
 
 @compiled_step
 def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
-    """Advance the inner model with the parameters of this direction.
-
-    ``parameters`` is the address of the inner step, its parameters for the positive direction, and as many for the
-    negative direction; ``state`` is the inner model's.
+    """Advance the inner model, whose ``state`` it is, with this direction's parameters: ``parameters`` is the address
+    of its step, its parameters for the positive direction, and as many for the negative direction.
     """
     size = (parameters.size - 1) // 2
     inner = step_at(parameters[0])
@@ -82,8 +80,7 @@ def mean_map(static: StaticMap, negative: StaticMap | None) -> StaticMap:
 
 
 PLAY = 1e-6  # Travel back that makes a reversal [m]: fluctuations by encoder counts are smaller
-KNEE, RATIO, STEP_BEYOND = 28, 0.25, 3e-4
-"""Points that are a ratio ``e^RATIO`` apart, up to a millimetre, and the distance of those behind [m]."""
+KNEE, RATIO, STEP_BEYOND = 28, 0.25, 3e-4  # Points a ratio ``e^RATIO`` apart, up to 1 mm, distance of later ones [m]
 
 
 def travels(longest: float) -> Real:

@@ -31,19 +31,14 @@ _COURSE = types.NamedUniTuple(_FLOAT, len(_Course._fields), _Course)  # type: ig
 
 
 _EDGE = 1e-5
-"""Share of its break-away within which a block slips where its break-away moves away from it.
-
-A block that comes back to just where it broke away, as along the counts of an encoder, would else slip or stick by the
-last digit of a sum; where s(v) rises the two are far apart.
-"""
+"""Share of its break-away within which a block slips where that moves away: a block that comes back to just where it
+broke away, as along counts, would else slip or stick by the last digit; where s(v) rises the two are far apart."""
 
 
 @compiled(_FLOAT(*[_FLOAT] * 6, _COURSE), makes_arrays=False)
 def _slipped(u: float, alpha: float, k: float, C: float, left: float, pull: float, course: _Course) -> float:
-    """Return the load u of a slipping block after a course, ``du/dt = min(C·(alpha - u/s), k·|v|)``.
-
-    ``left`` and ``pull`` are the relaxation over the whole course. Where one of the two rates becomes the smaller in
-    place of the other, the course is split.
+    """Return the load u of a slipping block after a course, ``du/dt = min(C·(alpha - u/s), k·|v|)``, split where the
+    other rate becomes the smaller; ``left`` and ``pull`` are the relaxation over the whole course.
     """
     relaxed, stretched = left * u + alpha * pull, u + k * course.travel
     load = min(relaxed, stretched)

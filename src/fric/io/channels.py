@@ -22,26 +22,22 @@ from fric.log import ForceVelocity, FrequencyResponse
 from fric.series import CLOSEST, largest, require_plausible
 from fric.units import Motion, factor, kinds_of, parse, si_unit
 
-Form = Literal["time", "response", "means"]
-"""What a table holds: samples in time, a frequency response, or mean forces at velocities."""
-NEEDED: dict[Form, tuple[str, ...]] = {
+Form = Literal["time", "response", "means"]  # What a table holds: samples, a response, or mean forces at velocities
+NEEDED: dict[Form, tuple[str, ...]] = {  # Channels that each form has at least
     "time": ("time",),
     "response": ("frequency", "magnitude", "phase"),
     "means": ("velocity", "force"),
 }
-"""Channels that each form has at least."""
-ORDER: dict[Form, tuple[str, ...]] = {
+ORDER: dict[Form, tuple[str, ...]] = {  # Channels that each form can have
     "time": CHANNELS,
     "response": tuple(FrequencyResponse.dimensions),
     "means": tuple(ForceVelocity.dimensions),
 }
-"""Channels that each form can have."""
 MOST_DECIBEL = 400.0  # Magnitude of a cell in decibels at most
 SLOWEST = 1e-6  # Samples a second that a mapping may state, at least [Hz]
 TINY = 1e-300
 _NEPER_A_DECIBEL = math.log(10.0) / 20.0
-_DECIBEL = re.compile(r"dB\s*(?:\((.*)\))?")
-"""Decibels of a unit in brackets; of a magnitude, plain dB are of its SI unit."""
+_DECIBEL = re.compile(r"dB\s*(?:\((.*)\))?")  # Decibels of a unit in brackets; of a magnitude, those of its SI unit
 
 
 @dataclass(frozen=True)

@@ -91,10 +91,8 @@ class GrowingColumn:
 
 
 def _packed(values: Real) -> tuple[bytes | Real, int]:
-    """Shuffle and deflate one chunk, as HDF5's filters read it; return it and its filter mask.
-
-    The lower bytes of a measured channel are noise, on which deflate spends most of the time of an ingest for little.
-    A chunk for which a sample shows this is not compressed.
+    """Shuffle and deflate one chunk, as HDF5's filters read it, unless a sample shows that it is noise, as the lower
+    bytes of a measured channel, on which deflate spends most of an ingest; return it and its filter mask.
     """
     sample = _shuffled(values[:SAMPLE])
     if len(zlib.compress(sample.data, LEVEL)) > WORTH * sample.nbytes:

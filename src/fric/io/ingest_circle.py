@@ -233,10 +233,7 @@ def ingest_circles(
 
 
 def _of_axes(source: Path, mapping: MappingDocument, bad_cells: str) -> tuple[dict[str, Real], Motion]:
-    """Return the channels of the axes of a file, each of which a part of a mapping reads, and the motion of the first.
-
-    A force of another axis in another unit is left out.
-    """
+    """Return the channels of axes that parts of a mapping read, less forces in another unit, and the first's motion."""
     logs = dict[str, Log]()
     columns = {column.name for table in tables(source, mapping.format) for column in table.columns}
     with TemporaryDirectory() as folder:

@@ -22,8 +22,7 @@ from fric.io.words import LETTERS, spoken
 from fric.notice import Notice
 from fric.output import folder_made, staged
 
-TOGETHER, PERHAPS = 0.45, 0.2
-"""How much of a force goes with sign(v) and acceleration of a position: above the first they are of one record."""
+TOGETHER, PERHAPS = 0.45, 0.2  # How much of a force goes with sign(v) and acceleration: above the first in one record
 MOST_PARTS = 6  # Files of a record at most
 SAME_SPAN = 0.05  # Share of their span by which the clocks of files of one record begin or end apart at most
 

@@ -12,8 +12,7 @@ from fric.input import MOST_TEXT, reading, regular
 from fric.io.safe_hdf5 import open_file, text
 
 FORMAT = "report/1"
-REPORT_MARK = '<script type="application/json" id="fric-report">'
-"""Opens the part of a report that is for programs; a page must write it letter by letter like this."""
+REPORT_MARK = '<script type="application/json" id="fric-report">'  # Of a report's data; pages have it letter by letter
 
 
 def read_report(path: Path) -> dict[str, Any]:

@@ -77,9 +77,8 @@ class Unfailing:
 
 @contextmanager
 def _interrupts_held() -> Iterator[Callable[[], None]]:
-    """Hold SIGINT and SIGTERM back, and give a function that lets them through where it is called.
-
-    An exception that strikes inside h5py is lost there, or leaves the file half closed.
+    """Hold SIGINT and SIGTERM back, and give a function that lets them through where it is called: an exception that
+    strikes inside h5py is lost there, or leaves the file half closed.
     """
     if threading.current_thread() is not threading.main_thread():  # the only thread that signals reach
         yield lambda: None
@@ -131,11 +130,9 @@ def write_column(group: h5py.Group, name: str, values: Real, unit: str) -> None:
 
 
 MOST_OBJECTS = 200_000  # Groups and datasets of a file at most
-MOST_EMPTY, EMPTY = 256 << 20, 100
-"""Bytes that a dataset may unpack to where a stored byte becomes so many: samples of a drive are packed ten to one."""
+MOST_EMPTY, EMPTY = 256 << 20, 100  # Bytes that a dataset may unpack to if a byte becomes so many; usual are ten
 MOST_DEPTH = 32  # Groups in groups at most
-MOST_READ = 512 << 20
-"""Bytes of samples of a file that is read into memory as a whole, which then takes some times as much."""
+MOST_READ = 512 << 20  # Bytes of samples of a file that is read into memory as a whole, which takes some times as much
 BLOCK, _HEAP = 16 << 20, b"GCOL\1\0\0\0"  # Bytes that are searched at once for the begin of a heap
 _PLAIN = (h5py.h5t.STRING, h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 

@@ -40,8 +40,7 @@ _POWERS = np.array([math.ldexp(1.0, n) for n in range(_LOWEST, 1024)])
 _STEP, _STEP_REST = 0.02166084938653512, 5.9631716539705866e-12
 _LN2, _LN2_REST = 0.6931471803691238, 1.9082149292705877e-10
 _QUARTER, _QUARTER_NEXT, _QUARTER_REST = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
-_FAR = 1e6
-"""Angle [rad] from which the parts of π/2 do not reduce exactly any more, and the C library's function serves."""
+_FAR = 1e6  # Angle [rad] from which the parts of π/2 do not reduce exactly any more: the C library's function serves
 
 
 @compiled(ONE, makes_arrays=False)

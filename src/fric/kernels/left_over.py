@@ -11,8 +11,7 @@ from fric.kernels.inner import step_at
 from fric.kernels.signatures import compiled, compiled_step
 
 DIRECTION, TRAVEL, BACK = range(3)
-AHEAD = 3
-"""State before that of the inner model: direction of motion, travel in it, and the travel back from its end [m]."""
+AHEAD = 3  # State before the inner model's: direction of motion, travel in it, and the travel back from its end [m]
 
 
 class TravelGrid(NamedTuple):

@@ -25,8 +25,7 @@ from fric.kernels.sensing import FAULTLESS, SENSING, Sensing, reading
 from fric.kernels.signatures import ARRAY, STEP_FUNCTION, TABLE, Step, compiled
 
 BLOCKS = 4  # Blocks that a loop has room for: the controller, and three more
-MOST_WORK, MOST_A_SAMPLE = 20_000_000, 100
-"""Friction steps of a run at most, and more for each sample: 10 to 40 a sample are usual, 500 on too stiff ones."""
+MOST_WORK, MOST_A_SAMPLE = 20_000_000, 100  # Friction steps at most, more per sample: 10 to 40 usual, 500 if too stiff
 CONTROLLER, FEEDFORWARD, OBSERVER = range(3)  # What a block is there for
 
 

@@ -24,8 +24,7 @@ from fric.kernels.signatures import ARRAY, STEP_FUNCTION, TABLE, Step, compiled
 
 ORDERS = 6  # Ways in which a step is taken at most: in one part, in two … in six
 DEPTH = 16  # How often a step is halved at most
-WORK = 400
-"""Friction steps after which steps are made longer again before the input changes: friction that is nowhere smooth."""
+WORK = 400  # Friction steps after which steps are longer again before the input changes: friction nowhere smooth
 TOLERANCE = 4e-14  # Largest change of the velocity [m/s, rad/s] with the number of parts, unless less is required
 ROUNDING = 1e-14  # The same relative to the velocity: the sum of many roundings
 LASTING = 20  # For how many inputs an error of the friction force is taken to push, before the loop holds against it

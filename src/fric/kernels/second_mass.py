@@ -17,8 +17,7 @@ from fric.arrays import Real
 from fric.kernels.inner import step_at
 from fric.kernels.signatures import compiled, compiled_step
 
-AHEAD = 4
-"""State before that of the inner model: elongation [m], velocity of the table [m/s], forces of spring and friction."""
+AHEAD = 4  # State before the inner model's: elongation [m], velocity of the table [m/s], forces of spring and friction
 ELONGATION, VELOCITY, SPRING, FRICTION = range(AHEAD)
 
 

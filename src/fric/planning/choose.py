@@ -113,10 +113,8 @@ def _forward(axis: Axis) -> FrictionModel:
 
 
 def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
-    """Return the axis with the force noise and the encoder of a log.
-
-    While the encoder does not change, the loop adds nothing to the force: white noise there is that of the log. It is
-    taken from second differences, ``var(ΔΔF) = 6·σ²``. A log without rests is used as a whole.
+    """Return the axis with the force noise and the encoder of a log. While the encoder does not change, white noise of
+    the force is the log's, as the loop adds none: ``var(ΔΔF) = 6·σ²``. A log without rests is used as a whole.
     """
     second: list[Real] = []
     whole: list[Real] = []
@@ -141,8 +139,7 @@ def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
 
 MARGIN = 0.99  # Share of stroke, feed and acceleration that a plan uses, which leaves room for rounding in a program
 SLOPE = 1.875  # Largest slope of `fric.reference.smooth_step`: the acceleration of a ramp is this times speed over time
-FALL = (0.05, 4.0)
-"""Speeds in v_s between which the Stribeck fall is sampled: eq. (2) is 95 % and 2 % of its rise there."""
+FALL = (0.05, 4.0)  # Speeds in v_s between which the Stribeck fall is sampled: eq. (2) is 95 % and 2 % of its rise
 COUNTS = 200.0  # Encoder counts per second above which a drive runs evenly, without hunting between counts
 BETWEEN = 0.382
 """Shift of each period of an excitation against the period before, as a share of a count.
@@ -301,8 +298,7 @@ _RECORDS: dict[str, Callable[[Axis, Limits, int], Planned]] = {
 }  # fmt: skip
 
 
-ASSUMED = {"C": log(10.0) / NORMAL_97_5}
-"""Standard deviation of the logarithm of an assumed parameter: C to a factor of ten."""
+ASSUMED = {"C": log(10.0) / NORMAL_97_5}  # Standard deviation of an assumed parameter's logarithm: C to a factor of ten
 SURE = 0.4  # Relative uncertainty of a further record's information: half-widths of simulated ones are good to 20 %
 LARGEST = 0.5  # Largest step of a logarithm or logit in which a derivative is taken
 
@@ -419,9 +415,8 @@ def _deviation(slopes: Real, covariance: Real) -> float:
 def _slopes(
     machine: Machine, axis: Axis, model: GMS, known: _Known, scheme: Scheme, test: Circle, advance: Callable[[], object]
 ) -> Real:
-    """Return the derivatives of this axis' two glitches over the parameters, shape (2, p), by central differences.
-
-    The encoder is left out: differences of nanometres would show its counts.
+    """Return the derivatives of this axis' two glitches over the parameters, shape (2, p), by central differences: of
+    nanometres, which would show the counts of an encoder, so that it is left out.
     """
     place = list(machine.axes).index(axis.name)
     nominal = NominalFriction({"gms": model, "static": model.static}, 1.0, axis.nominal_friction.lead)
@@ -499,11 +494,10 @@ NOTABLE = 1.2  # Widening by unmodelled friction above which it is reported
 MOST_TIMES = 16  # Largest factor of the usual number of strokes, cycles or periods
 HOPELESS = 4.0  # Factor of the records needed over those at most, from which on none are added: they miss by half of it
 
-IDENTIFIED_BY = {
+IDENTIFIED_BY = {  # The parameters that each kind of record determines
     "constant-velocity": (*STATIC_PARAMETERS, "offset"), "presliding-sine": ("alpha", "k"),
     "sliding-sine": ("C",), "frequency-response": ("A", "B", "T_d", "K_f", "force_lag"),
 }  # fmt: skip
-"""The parameters that each kind of record determines."""
 KIND_OF = {name: kind for kind, names in IDENTIFIED_BY.items() for name in names}
 Wanted = Mapping[str, tuple[float, bool]]  # Requested half-width by parameter, and whether it is relative to the value
 

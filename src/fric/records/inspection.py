@@ -67,10 +67,8 @@ def identifiability_of(records: Sequence["Prepared"]) -> Identifiability:
 
 
 def _of_speed(record: "Prepared") -> Real | float:
-    """Return inertia and damping [N], shape (n,), of a record with a fitted mass: they rise like a stiffness.
-
-    By least squares of the force on acceleration, sign of the velocity, velocity and an offset, while it moves. A
-    stiffness would give a negative mass, and is excluded.
+    """Return inertia and damping [N], shape (n,), of a record with a fitted mass, which rise like a stiffness: by least
+    squares of force on acceleration, sign of v, v and an offset in motion. A stiffness, of negative mass, is excluded.
     """
     m = record.motion
     if "mass" not in record.done.own:

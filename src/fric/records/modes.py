@@ -74,9 +74,8 @@ def parts_of(log: Log) -> list[Log]:
 
 
 def _experiments(log: Log) -> list[Log]:
-    """Return the parts of a motion between pauses, neighbours of one kind together; the whole if there is no test.
-
-    A test is what is neither a stroke nor any other motion: a sine, a staircase or a broad-band excitation.
+    """Return the parts of a motion between pauses, neighbours of one kind together; the whole if there is no test,
+    which is neither a stroke nor any other motion: a sine, a staircase or a broad-band excitation.
     """
     if log.reference is None or log.kind not in {None, "motion"}:
         return [log]

@@ -137,10 +137,7 @@ def _flickers(counts: Real) -> Mask:
 
 
 def _rests(t: Real, z: Real, counted: Indices, step: float) -> tuple[Real, Real, Real]:
-    """Return instants, levels and spreads without counts: the position is on its level, within ±step/2.
-
-    These readings keep the spline on its level during a dwell.
-    """
+    """Return instants, levels and spreads without counts, on a level within ±step/2: they keep the spline there."""
     bounds = np.concatenate([[0], counted + 1, [len(z)]])
     number = np.diff(bounds) // REST
     order = np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number)

@@ -284,9 +284,8 @@ def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bo
 
 
 def _slope(t: Real, F: Real) -> tuple[float, float, float]:
-    """Return the slope of a force in time [N/s] by the means of eight parts, and two standard errors.
-
-    The error includes the deviation of the parts from a line, and the noise of independent samples.
+    """Return the slope of a force in time [N/s] by the means of eight parts, and two standard errors: by the deviation
+    of the parts from a line, and by the noise of independent samples.
     """
     parts = np.array_split(np.arange(len(t)), 8)
     at, mean = (np.array([values[part].mean() for part in parts]) for values in (t, F))

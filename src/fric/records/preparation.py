@@ -6,10 +6,8 @@ from typing import Annotated, Literal
 from fric.drive.plant import Plant
 from fric.estimate import STAYS
 
-Own = Literal["offset", "damping", "mass"]
-"""Fitted terms of a single record: a constant force, and forces proportional to velocity and acceleration."""
-DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "mass"}
-"""The dimension of the coefficient of each (see `fric.units`)."""
+Own = Literal["offset", "damping", "mass"]  # Fitted terms of a record: constant, and over velocity and acceleration
+DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "mass"}  # Dimension of its coefficient
 WINDOWS = 4  # Number of windows in time of a single record whose levels are compared
 
 

@@ -27,8 +27,7 @@ LINES = 9.0  # Least number of spectral lines with the power of a broad-band exc
 REPEATED = 0.8  # Least correlation of an excitation with its next period
 RISING_SHARE = 0.01  # Share of the stroke in which the force rises after a reversal, above which it is pre-sliding
 LOOP_SHARE = 0.03  # The same for a motion of any other shape, as by hand or distorted by friction
-LOOP_OF_STROKES = 0.1
-"""The same for a motion back and forth at constant velocity: such short strokes show pre-sliding rather than a map."""
+LOOP_OF_STROKES = 0.1  # The same at constant velocity back and forth: strokes so short show pre-sliding, and no map
 SWAY = 0.1  # Share of the longest stroke below which a stroke is an overshoot of the control loop, and no branch
 JITTER = 0.03  # The same below which it is the jitter of a loop that hunts for its reference, and no stroke
 RIGID = 0.98  # Share of the force that mass and viscous and Coulomb friction explain, above which these make it rise
@@ -277,10 +276,8 @@ def is_rigid(log: Log) -> bool:
 
 
 def _is_broad_band(log: Log) -> bool:
-    """Return whether effort and velocity have many spectral lines, and the motion exceeds the encoder's noise.
-
-    So do moves of many lengths, but these have pauses. The effort is the drive's input or, where none is logged, the
-    force.
+    """Return whether effort (input or, where none is logged, force) and velocity have many spectral lines, and the
+    motion exceeds the encoder's noise. So do moves of many lengths, but these have pauses.
     """
     effort = log.force if log.input is None else log.input
     if effort is None or log.position is None or len(log) < 256:

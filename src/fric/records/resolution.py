@@ -78,9 +78,8 @@ def _common_divisor(gaps: Real, error: float) -> float | None:
 
 
 def _rounded_step(gaps: Real, needed: int, rounding: float, *, often: bool, most: int = 5) -> float | None:
-    """Return the step of a lattice whose points were rounded to few decimals; the smallest gap is ``most`` at most.
-
-    Samples at constant velocity have equal gaps too: so either points must recur, or gaps must differ.
+    """Return the step of a lattice whose points were rounded to few decimals; the smallest gap is ``most`` at most. As
+    samples at constant velocity have equal gaps too, points must recur, or gaps must differ.
     """
     first = float(np.median(gaps[gaps < 1.75 * float(gaps[0])]))
     for divisor in range(1, most + 1):

@@ -298,10 +298,8 @@ def _count_error(count: float, velocity: float, duration: float, samples: int) -
 
 
 def _regressed(x: Real, y: Real) -> tuple[float, float]:
-    """Return the coefficient of y on x by least squares and its standard error.
-
-    The error is the sandwich estimate over batches of neighbouring samples (x·residual summed over each), so that it
-    holds for residuals that are correlated over less than a batch: a count of the encoder, a ripple.
+    """Return the coefficient of y on x by least squares and its standard error: a sandwich over batches of neighbouring
+    samples, for residuals that are correlated over less than a batch, as by a count of the encoder or a ripple.
     """
     squares = float(x @ x)
     coefficient = float(x @ y) / squares
@@ -428,10 +426,7 @@ def settled_from(force: Real) -> tuple[int, bool]:
 
 
 def _is_transient(head: Real, tail: Real) -> bool:
-    """Return whether the head settles into the tail, instead of being a part of a wandering force.
-
-    It must differ from the tail by more than four standard errors, and begin outside the range of the tail.
-    """
+    """Return whether the head settles into the tail: over four standard errors off it, and begun outside its range."""
     difference = float(head.mean() - tail.mean())
     if abs(difference) <= 4.0 * _mean_se(tail) * np.sqrt(1.0 + len(tail) / len(head)):
         return False

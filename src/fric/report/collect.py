@@ -45,9 +45,7 @@ class Change:
     unit: str
     before: float  # before, after: its values
     after: float
-    # before_ci95, after_ci95: their 95 % intervals; an infinite limit is not determined by the data; None where there
-    # is no interval
-    before_ci95: tuple[float, float] | None = None
+    before_ci95: tuple[float, float] | None = None  # before_ci95, after_ci95: None without; an infinite limit is unseen
     after_ci95: tuple[float, float] | None = None
 
     @property
@@ -183,8 +181,7 @@ class ContourTest:
     labels: tuple[str, ...]  # The place of each glitch: the quadrants of a circle, the reversals of a path
     contours: tuple[Contour, ...]  # One per scheme
     prediction: Prediction | None = None  # Results on the machines drawn from what was identified; None where none were
-    # The runs themselves, without traces; none of an earlier report
-    runs: Sequence[ContourRun[Any, Any]] = field(default=(), compare=False)
+    runs: Sequence[ContourRun[Any, Any]] = field(default=(), compare=False)  # The runs, without traces
 
     def __post_init__(self) -> None:
         if len({contour.scheme.name for contour in self.contours}) < len(self.contours):
@@ -238,8 +235,7 @@ class ReportInput:
     records: tuple[Record, ...] = ()  # Records of logs, for measured points
     pairs: tuple[tuple[Item, Item], ...] = ()  # Earlier and newest document of one kind and axis
     test_pairs: tuple[tuple[ContourTest, ContourTest], ...] = ()  # Earlier and newest run of one contour
-    # Earlier documents that a newer document contains, as the file of the GMS model contains a static map
-    replaced: tuple[Item, ...] = ()
+    replaced: tuple[Item, ...] = ()  # Earlier documents within newer ones, as a static map in the GMS model's file
     logs: tuple[tuple[str, str], ...] = ()  # Names of the log files, each with the kinds of its records
     circles: tuple[Measured, ...] = ()  # Measured circles
     machine: str = ""  # The machine file that was given, or that the runs were made with; empty where there is none

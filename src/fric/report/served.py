@@ -130,8 +130,7 @@ class _Handler(BaseHTTPRequestHandler):
 MOST_REQUEST = 262_144  # Largest size of a request [bytes]
 MOST_WORD = 60  # Largest length of a name or a unit [characters]
 SKETCH = 160  # Points of the sketch of a column
-TAKEN = ("time", "position", "velocity", "force", "input", "reference", "load_position")
-"""Channels that a column can be stated to be."""
+TAKEN = ("time", "position", "velocity", "force", "input", "reference", "load_position")  # What a column can be
 
 
 class ColumnsPage(LocalPage):

@@ -31,8 +31,7 @@ from fric.units import readable
 from fric.verb import Kind, typed, verb
 
 MOST_MACHINES, LEAST_MACHINES = 40, 20  # Number of machines to draw: of these, two or one exceed the bound of 95 %
-SECONDS = 160.0
-"""Total time of two revolutions of all machines above which fewer are drawn [s], so that a page is ready soon."""
+SECONDS = 160.0  # Total time of two revolutions of all machines [s] above which fewer are drawn, for a page soon
 SAME = 1e-9  # Largest difference of the glitch of a repeated run [m], before its machine file counts as changed
 
 

@@ -47,8 +47,7 @@ from fric.verb import Kind, verb
 from fric.verdict import facts
 
 POLL = 0.5  # Time between looks at which steps of axes were made [s]
-REPEATS = {"constant-velocity": 3}
-"""Number of repetitions of an experiment, each with its noise: sigma is a small part of the force in a stroke."""
+REPEATS = {"constant-velocity": 3}  # Repetitions, each with its noise: sigma is a small part of the force in a stroke
 
 SAMPLES = {"constant-velocity": 16_384, "presliding-sine": 4096, "sliding-sine": 4096, "frequency-response": 16_000}
 

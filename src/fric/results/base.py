@@ -364,8 +364,7 @@ class Advance(Protocol):
         """Receive the number of further steps done, and the total once it is known."""
 
 
-OF_CHANNELS = ("time", "position", "velocity", "force", "input", "frequency")
-"""Dimensions that have a largest value on a machine."""
+OF_CHANNELS = ("time", "position", "velocity", "force", "input", "frequency")  # Dimensions with a largest value
 
 
 def silent(steps: int = 1, *, total: int | None = None) -> None:

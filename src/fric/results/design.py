@@ -10,18 +10,11 @@ from fric.control import ControlBlock, Setting, block_type
 from fric.control.cascade import Cascade
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
+from fric.design import observer
 from fric.design.blocks import BlockDesign, JointDesign, design_jointly
 from fric.design.blocks import design_block as find_block
 from fric.design.cascade import CascadeDesign, Requirement, check_cascade, design_cascade
-from fric.design.observer import (
-    ObserverDesign,
-    Perturbation,
-    StructuralMode,
-    measured_perturbation,
-    model_perturbation,
-    robust_limit,
-)
-from fric.design.observer import design_observer as find_observer
+from fric.design.observer import ObserverDesign, Perturbation, StructuralMode
 from fric.documents.base import in_units
 from fric.documents.controller import BlockDocument, ControllerDocument, ControllerPart, ObserverDocument, ObserverPart
 from fric.documents.machine_files import nominal_models
@@ -64,9 +57,9 @@ def perturbation_of(
 
     plant, (lowest, deviating) = document.linear(document.motion), document.lines(record.name)
     if isinstance(record, FrequencyResponse):
-        return measured_perturbation(record, plant, averages, None, lowest, deviating), ()
+        return observer.measured_perturbation(record, plant, averages, None, lowest, deviating), ()
     response = measure_response(record)
-    found = measured_perturbation(response.table, plant, 1, response.sampling, lowest, deviating)
+    found = observer.measured_perturbation(response.table, plant, 1, response.sampling, lowest, deviating)
     return found, tuple(response.warnings)
 
 
@@ -316,7 +309,7 @@ def design_observer(
         useless("no resonance, cutoff or bandwidth", first_mode=first_mode)
     if log is None:
         useless("a log", record=record)
-        logs, Delta = [], model_perturbation(linear, cascade.sampling / 2, modes)
+        logs, Delta = [], observer.model_perturbation(linear, cascade.sampling / 2, modes)
         if not modes:
             warnings.append(_unseen(first_mode, given))
     else:
@@ -331,7 +324,9 @@ def design_observer(
         wanted = in_si(bandwidth, "frequency") / QFilter(filter, 1.0).bandwidth
     allowed = parse_gain(peak_sensitivity, 1.0, LARGEST_PEAK)
     try:
-        design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
+        design = observer.design_observer(
+            linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta
+        )
     except FricError as error:
         if not (default := [warning for warning in warnings if warning.code == CONTROLLER_BY_DEFAULT.code]):
             raise
@@ -356,10 +351,10 @@ def _unseen(first_mode: float | str | None, given: float | str | None) -> Notice
 def _below_a_mode(design: ObserverDesign, frequency: float, Delta: Perturbation) -> ObserverDesign:
     """Return the design with Q below a structural mode of which only the frequency is known, by eq. (8)."""
     nyquist, filter = design.cascade.sampling / 2, design.observer.q.name
-    mode = model_perturbation(design.plant, nyquist, [StructuralMode(frequency, MODE_DAMPING)])
-    if (limit := robust_limit(mode, filter)).q is None or limit.q.cutoff >= design.observer.q.cutoff:
+    mode = observer.model_perturbation(design.plant, nyquist, [StructuralMode(frequency, MODE_DAMPING)])
+    if (limit := observer.robust_limit(mode, filter)).q is None or limit.q.cutoff >= design.observer.q.cutoff:
         return replace(design, assumed=True)
-    held = find_observer(
+    held = observer.design_observer(
         design.plant, design.cascade, filter, cutoff=limit.q.cutoff, peak_sensitivity=design.peak_sensitivity,
         perturbation=Delta,
     )  # fmt: skip

@@ -31,8 +31,7 @@ from fric.simulate.machine import Axis
 from fric.units import prefixed, readable, rotates, si_unit, significant
 from fric.verb import Kind, verb
 
-GOOD_TO = "expected half-widths are those of simulated records, and good to ± 20 %"
-"""Remark on half-widths from simulated records, which vary by chance."""
+GOOD_TO = "expected half-widths are those of simulated records, and good to ± 20 %"  # Simulated records vary by chance
 
 
 class PlanResult(Result, tree=plan_tree):
@@ -212,8 +211,7 @@ def _prior(
         known = None if friction is None else document_of(FrictionDocument, friction)
     of = None if known is None else (known.axis, known.motion)
     responded = None if plant is None else document_of(PlantDocument, plant, of, "friction")
-    logs = () if like is None else logs_of([like])
-    found, notices = prior_axis(subject, axis, known, responded, logs)
+    found, notices = prior_axis(subject, axis, known, responded, () if like is None else logs_of([like]))
     if encoder is not None:
         found = replace(found, encoder=Encoder(in_si(encoder, "small length", found.motion)))
     if noise is not None:

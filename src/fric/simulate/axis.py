@@ -98,8 +98,7 @@ def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:
 
 
 GAINS = np.geomspace(0.95, 1e-3, 140)  # Gains at which a loop that is not stable is tried anew, 0.43 dB apart
-EDGE = 1.0 + 1e-7
-"""Largest eigenvalue that is let pass: an axis that is left alone drifts at 1, and rounding decides on which side."""
+EDGE = 1.0 + 1e-7  # Largest eigenvalue let pass: an axis left alone drifts at 1, and rounding decides on which side
 
 
 @dataclass(frozen=True)

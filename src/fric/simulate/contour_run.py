@@ -29,12 +29,10 @@ from fric.units import rotates
 from fric.verb import require_within
 
 PLACES, FEWER = 5, 3
-"""Places between two counts at which a run that depends on them is made, and a run of more than `LONG` samples: odd
-numbers, so that the median is a run."""
+"""Places between counts for a run that depends on them, and a run longer than `LONG`: odd, so the median is one."""
 LONG = 1_000_000  # Samples of all axes
 SLOW = 0.03  # Feed below which every run depends on counts [m/s]
-ACCURACY = 5e-9
-"""Largest error of the integration of runs that depend on counts [m]; counts move a position by ten times that."""
+ACCURACY = 5e-9  # Largest integration error of runs that depend on counts [m]; counts move a position by ten times that
 MOST_KEPT = 500_000  # Samples of all axes from which on the runs at other places are not kept
 WIDTH = {PLACES: 4.2, FEWER: 6.9}  # Half of the interval over the standard deviation, by the number of values
 
@@ -95,9 +93,7 @@ class How(TypedDict, total=False):
 
     only: str | None  # Name of the one axis that is simulated, while the other follows its reference exactly
     halvings: int  # How often every step of the plant is halved, to see that this changes nothing
-    # Largest error of a position by the integration of the plant [m]; 0 for the last digits. A run that depends on
-    # counts is integrated to `ACCURACY` at best
-    accuracy: float
+    accuracy: float  # Largest error of positions by integration [m], with counts `ACCURACY` at best; 0: last digits
     places: int  # Number of places for a run that depends on counts; 1 for the machine as given
     schemes: int  # Number of schemes whose traces are kept together
 
@@ -440,8 +436,7 @@ class PointPath:
         tangent = first / rate
         bend = (second - tangent * np.sum(tangent * second, axis=1, keepdims=True)) / rate**2
         position, velocity = spline(at), tangent * speed[:, np.newaxis]
-        acceleration = bend * speed[:, np.newaxis] ** 2 + tangent * change[:, np.newaxis]
-        motion = (position, velocity, acceleration)
+        motion = (position, velocity, bend * speed[:, np.newaxis] ** 2 + tangent * change[:, np.newaxis])
         x, y = (Reference(sampling, *(np.ascontiguousarray(part[:, n]) for part in motion)) for n in (0, 1))
         return x, y
 

@@ -325,8 +325,7 @@ class Expected:
     """Expected interval of one parameter from planned records."""
 
     value: float  # Its median identified value [SI]
-    # Half the width of its 95 % interval [SI], the geometric mean of several runs; infinite where most set no limit
-    half_width: float
+    half_width: float  # Half of its 95 % interval [SI], geometric mean of runs; infinite where most set no limit
     unit: str  # SI unit
     between: tuple[float, float]  # The least and the largest of them
 
@@ -357,9 +356,7 @@ class Narrowing:
     """What the glitch is not known for, and what narrows it."""
 
     half_width: float  # Half the 95 % interval of the predicted glitch so far [m]
-    # Share of its variance that is due to each parameter with its covariances [1]; they sum to 1
-    shares: Mapping[str, float]
-    # Records by the expected interval, the best first; of those that differ by less than they scatter the shortest
-    candidates: tuple[CandidateRecord, ...]
+    shares: Mapping[str, float]  # Share of its variance due to each parameter with its covariances [1]; they sum to 1
+    candidates: tuple[CandidateRecord, ...]  # The best interval first; where they scatter by more, the shortest record
     test: Circle  # The circle
     scheme: str  # Name of the compensation

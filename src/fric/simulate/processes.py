@@ -68,10 +68,8 @@ def _run(index: int) -> Any:
 
 
 def _started() -> BaseContext:
-    """Return how workers are started: from a server that has imported their modules, and has no threads.
-
-    The server, and so each worker from its first moment on, leaves Ctrl-C to the parent. Where there is none (Windows),
-    each worker starts from nothing.
+    """Return how workers are started: from a server that has imported their modules, has no threads, and leaves Ctrl-C
+    to the parent, as they do from their first moment; from nothing where there is none (Windows).
     """
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
@@ -90,10 +88,8 @@ def _started() -> BaseContext:
 
 @contextmanager
 def _apart(study: object) -> Iterator[None]:
-    """Let workers that are started here not import the script that called: it would run anew in each.
-
-    Of a study that holds what the script itself defines they import it, and the script needs the usual guard
-    ``if __name__ == "__main__":``.
+    """Let workers that are started here not import the script that called: it would run anew in each. Of a study that
+    holds what the script defines they do, and it needs the usual guard ``if __name__ == "__main__":``.
     """
     script = sys.modules["__main__"]
     if b"__main__" not in pickle.dumps(study):
@@ -223,8 +219,7 @@ def _require_workers(client: Any, address: str, timeout: float) -> None:
         raise FricError(f"a worker of the Dask scheduler at {address} has fric {', '.join(sorted(other))}", hint=hint)
 
 
-QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}
-"""Quantiles of the glitch that are reported, by their keys in JSON and run files."""
+QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}  # Of the glitch, by keys in files
 ACCURACY = 5e-9  # Largest error of a glitch by the integration of the plant [m], where machines differ by micrometres
 
 
@@ -236,14 +231,11 @@ class Study:
     schemes: tuple[Scheme, ...]  # The compensation schemes
     circle: Circle = field(default_factory=Circle)  # The test
     seed: int = 0  # Seed of the machines
-    # spreads, intervals, covariances, discrepancies: what is drawn, as in `draw_machine`
-    spreads: Mapping[str, Spread] = field(default_factory=lambda: DEFAULT_SPREADS)
+    spreads: Mapping[str, Spread] = field(default_factory=lambda: DEFAULT_SPREADS)  # What is drawn: see `draw_machine`
     intervals: Mapping[str, Intervals] = field(default_factory=dict)
     covariances: Mapping[str, Sequence[Covariance]] = field(default_factory=dict)
     discrepancies: Mapping[str, Mapping[str, Spread]] = field(default_factory=dict)
-    # Makes each machine agree with circles that were measured, by the machine and its number; see
-    # `fric.circles.tune`
-    completion: Callable[[Machine, int], Machine] | None = None
+    completion: Callable[[Machine, int], Machine] | None = None  # Makes it agree with circles (`fric.circles.tune`)
     only: str | None = None  # Name of the one axis that is simulated
     accuracy: float = ACCURACY  # Largest error of a glitch by the integration of the plant [m]; 0 for the last digits
 
@@ -283,10 +275,8 @@ class Outcome:
     """Results of the schemes on one of the machines."""
 
     index: int  # Number of the machine
-    # What was drawn for it, by ``AXIS.NAME``: factors of spreads [1], values drawn from intervals [SI]
-    drawn: Mapping[str, float]
-    # Glitch per scheme at +x, +y, -x and -y [m], shape (schemes, 4); nan where the scheme could not run
-    quadrants: Real
+    drawn: Mapping[str, float]  # What was drawn, by ``AXIS.NAME``: factors of spreads [1], values of intervals [SI]
+    quadrants: Real  # Glitch per scheme at +x, +y, -x and -y [m], shape (schemes, 4); nan where it could not run
     saturated: Mask  # Whether the drive saturated, shape (schemes,)
     swings: Real  # What swings where no axis reverses [m], shape (schemes,); nan where the scheme could not run
     failures: Mapping[str, str]  # Why a scheme could not run, by its name: a loop that is not stable on this machine
@@ -308,8 +298,7 @@ class MonteCarlo:
 
     study: Study  # What was run
     asked: int  # Requested number of machines
-    # Those that were run: machines 0, 1, 2, …, fewer than requested where the study was interrupted
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[Outcome, ...]  # Of machines 0, 1, 2, …; fewer than requested where it was interrupted
 
     def __len__(self) -> int:
         return len(self.outcomes)

@@ -21,8 +21,7 @@ from fric.friction.directed import Directed
 from fric.simulate.machine import Axis, Machine
 from fric.verb import refused, require_within
 
-Intervals = Mapping[str, tuple[float, float]]
-"""95 % intervals by parameter; ``negative.F_c`` is of the negative direction, ``k_2`` of the second block."""
+Intervals = Mapping[str, tuple[float, float]]  # 95 %, by parameter, also ``negative.F_c`` (direction), ``k_2`` (block)
 
 
 def normals(
@@ -110,8 +109,7 @@ def closed_intervals(name: str, estimate: Estimate) -> tuple[dict[str, tuple[flo
 
 Distribution = Literal["uniform", "log-uniform", "normal", "log-normal"]
 
-GROUPS = {"level": "force", "stiffness": "stiffness"}
-"""Spreads of every friction parameter of one dimension: the level of friction, and the stiffness before sliding."""
+GROUPS = {"level": "force", "stiffness": "stiffness"}  # Spreads of all friction parameters of one dimension
 PLANT = ("A", "B", "T_d", "K_f", "M")  # Spreads of the plant
 
 
@@ -151,14 +149,13 @@ class Spread:
                 return exp(found) if logarithmic else found
 
 
-DEFAULT_SPREADS: dict[str, Spread] = {
+DEFAULT_SPREADS: dict[str, Spread] = {  # The default spreads; `configs/spread.yaml` states the same
     "level": Spread(0.7, 1.3, "uniform", "friction changes with load, lubricant, temperature and wear"),
     "stiffness": Spread(0.3, 2.0, "log-uniform", "stiffness before sliding is the least certain of what is identified"),
     "C": Spread(0.1, 10.0, "log-uniform", "the attraction parameter is seldom identified: known to a power of ten"),
     "K_f": Spread(0.9, 1.1, "uniform", "tolerance of a motor's force constant, and its loss as magnets warm up"),
     "T_d": Spread(0.8, 1.2, "uniform", "delay of drive and field bus, that differs from setup to setup"),
 }
-"""The default spreads; `configs/spread.yaml` states the same."""
 
 
 def known_spreads() -> tuple[str, ...]:

@@ -35,13 +35,9 @@ from fric.simulate.reality.trace import logged
 CYCLES = 2  # Number of whole cycles of a record to simulate
 RATE, FILTER = 4000.0, 500.0  # Least sampling rate of the controller, and corner of the low-pass on its velocity [Hz]
 PLACES = 3  # Number of places between two counts for the simulations with each cascade
-FINEST = 1 / 4096
-"""Resolution of the reference as a part of a count: the last bits of a smoothed record depend on the processor."""
+FINEST = 1 / 4096  # Resolution of the reference in counts: the last bits of a smoothed record depend on the processor
 LAGS = (20.0, 12.0)
-"""Period of the velocity loop's crossover over all lags in it, of the soft and of the stiff cascade.
-
-Their phase margins are 66° and 54°, their gain margins 14 and 10 dB.
-"""
+"""Period of crossover over all lags, of soft and stiff cascade: phase margins 66° and 54°, gain margins 14, 10 dB."""
 ACCURACY = 1e-10  # Largest error of the position by the integration [m]
 RESONANCE = 50.0  # Frequency of a heavy mass on its contact before sliding, if the mass is not known [Hz]
 DELAY = 2 / RATE  # Assumed delay of a drive without a known plant [s]

@@ -41,8 +41,7 @@ from fric.units import Motion, si_unit
 
 ASSUMED_C = 1e4  # Attraction parameter [N/s] without a record in sliding: a lag s/C of 10 to 16 ms for Table 1
 ASSUMED_RATE = 100.0  # The same over F_c [1/s], for forces in A, % or N·m, of which 1e4 would be another lag
-UNDETERMINED = float(np.log(10.0))
-"""Half width of the interval of log C above which the sliding record does not determine it: a factor of ten."""
+UNDETERMINED = float(np.log(10.0))  # Half width of log C's interval beyond which C is not determined: a factor of 10
 
 
 @dataclass(frozen=True)
@@ -96,18 +95,16 @@ class GMSFit:
     k: Estimate
     C: Estimate
     alpha_sum: Estimate  # Σ alpha before it was normalised: the level of the records relative to the static map
-    # curve, hysteresis, blocks: the measured virgin curve, the records it is from, and the piecewise-linear fit
-    curve: virgin_curve.VirginCurve
-    hysteresis: tuple[virgin_curve.HysteresisCycles, ...]
-    blocks: virgin_curve.Blocks
+    curve: virgin_curve.VirginCurve  # The measured virgin curve
+    hysteresis: tuple[virgin_curve.HysteresisCycles, ...]  # The records that it is from
+    blocks: virgin_curve.Blocks  # Its piecewise-linear fit
     choice: virgin_curve.Choice | None  # How the number of blocks was chosen; None where the user gave it
     asked: int | None  # Number of blocks that the user requested; None where the criterion chose it
     knots_given: bool  # knots_given, refined: true where the user gave the knots; where the parameters are from replay
     refined: bool
     records: tuple[Replay, ...]  # Each record, measured against replayed
     covariance: Covariance | None  # Covariance of the parameters; None where they were not refined by replay
-    # Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, where seen
-    between_records: Mapping[str, Estimate]
+    between_records: Mapping[str, Estimate]  # Deviation of ``level`` [1], ``offset`` [N] of records, where seen
     warnings: tuple[Notice, ...]  # Warnings: what the data do not determine
 
     @property
@@ -150,8 +147,7 @@ class GMSFit:
         return f"{start}{refined}; intervals by leaving out cycles, and by the repeatable misfit"
 
 
-Fit = Callable[[Sequence[Prepared]], tuple[GMSFit, Mapping[str, Estimate]]]
-"""A fit to records, and the lags of their forces."""
+Fit = Callable[[Sequence[Prepared]], tuple[GMSFit, Mapping[str, Estimate]]]  # A fit to records, and their forces' lags
 
 
 @one_blas_thread()

@@ -96,8 +96,7 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
 
 CLOSING = 0.03  # Share of a branch at its end that gives the force at the reversal
 SLIDING = 0.85  # Share of the highest force above which a dip is the Stribeck fall along a fast stroke, no backlash
-NEIGHBOURS, SCATTERING = 5, 21
-"""Numbers of neighbouring places: half of the first must show backlash; the second averages the scatter."""
+NEIGHBOURS, SCATTERING = 5, 21  # Neighbours: half of the first must show backlash, the second average the scatter
 SAME_AMPLITUDE = 1.15  # Ratio of amplitudes up to which records are averaged; beyond, the larger continues the smaller
 
 
@@ -109,14 +108,10 @@ class VirginCurve:
     force: Real
     band: Real  # Half width of its 95 % band, from the scatter of the cycles [N], shape (n,)
     cycles: Real  # The curve of each cycle by itself [N], NaN where another record gives the curve, shape (cycles, n)
-    # Name of the record that gives each part, with the displacement up to which it does [m]
-    record: tuple[tuple[str, float], ...]
+    record: tuple[tuple[str, float], ...]  # Record that gives each part, and the displacement up to which it does [m]
     level: float  # Friction force at the reversals of the largest cycles [N]: the plateau, where these slide
-    # Largest step between two records where the larger continues the smaller [N]; positive where the smaller ends
-    # higher
-    mismatch: float = 0.0
-    # Least slope of the curve's outer half relative to its mean slope: 0 where all blocks slip
-    final_slope: float = 0.0
+    mismatch: float = 0.0  # Largest step where a larger record continues a smaller [N]; positive where that ends higher
+    final_slope: float = 0.0  # Least slope of the curve's outer half over its mean slope: 0 where all blocks slip
     step: float = 0.0  # step, force_step: those of encoder [m] and force [N]; 0 where none is visible
     force_step: float = 0.0
     steps: tuple[float, ...] = ()  # What the end of each record but the largest is above the next [N]
@@ -427,8 +422,7 @@ class Choice:
 
     candidates: tuple[Blocks, ...]  # The fit with 1, 2, … blocks
     rms: tuple[float, ...]  # Misfit of each [N]
-    # Schwarz's criterion of each: the fewest blocks are chosen whose criterion is the least, to `STRONG`
-    criterion: tuple[float, ...]
+    criterion: tuple[float, ...]  # Schwarz's of each number: the fewest blocks with the least, to `STRONG`, are chosen
     spread: float  # Median spread that a point of the curve is given [N]
     unit: str = "N"  # Unit of the force, for messages
 
@@ -503,10 +497,7 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
 
 
 def _stiffnesses(curve: VirginCurve, beyond: Sequence[float] | Real) -> Callable[..., tuple[Real, float]]:
-    """Return the stiffnesses of blocks, and their misfit, as a function of the logarithms of their knots.
-
-    beyond: Knots of further blocks, which are not searched [m].
-    """
+    """Return stiffnesses of blocks, and misfit, over logarithms of knots; ``beyond``: knots not searched [m]."""
     weight = weights(curve)
     place, rows = curve.displacement[:, None], weight[:, None]
 

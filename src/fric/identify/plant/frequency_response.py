@@ -20,12 +20,10 @@ from fric.records.motion import butterworth, zero_phase
 SHORTEST = 8  # Least number of samples in a period
 PERIODIC = 0.5  # Autocorrelation above which a signal counts as periodic; noise in the loop reduces it
 NEIGHBOURS = 16  # Lines of a sweep that are averaged to a frequency
-TALL, SURELY = 0.05, 0.3
-"""Least share of the tallest line for a driven line, and the share above which it is driven without further test."""
+TALL, SURELY = 0.05, 0.3  # Least share of the tallest line for a driven line, and that for one without further test
 QUIET = 12  # Number of lines, not driven, that show the distortion of a driven line
 ALONE = 0.9  # Share of the driver's power above which a single segment dominates a line, as at a step in the reference
-HANN_CORRELATION = 1 + 2 * ((2 / 3) ** 2 + (1 / 6) ** 2)
-"""Lines of Hann's window per independent line: errors and driver of neighbouring lines correlate by 2/3, 1/6."""
+HANN_CORRELATION = 1 + 2 * ((2 / 3) ** 2 + (1 / 6) ** 2)  # Lines per independent one: neighbours correlate by 2/3, 1/6
 
 
 class Spectra(NamedTuple):
@@ -341,8 +339,7 @@ class MeasuredResponse:
     """A measured frequency response Z/U, with data on the experiment."""
 
     table: FrequencyResponse  # Frequency, magnitude, unwrapped phase, coherence and deviation
-    # Averaged over ``periods`` or ``segments``, or given as a ``table``
-    method: Literal["periods", "segments", "table"]
+    method: Literal["periods", "segments", "table"]  # How it was averaged; a ``table`` was given
     description: str  # How it was estimated, in words
     averages: float  # Independent averages; 0 where a table does not state them
     correlation: float = 1.0  # Neighbouring lines per independent line (1 where they are independent)
@@ -433,9 +430,8 @@ def _period(record: Log, u: Real) -> int | None:
 
 
 def _asks(reference: Real, position: Real | None) -> bool:
-    """Return whether a reference asks for a hundredth at least of the motion about a uniform motion, in the last half.
-
-    A uniform motion that is rounded is periodic, too, and asks for nothing.
+    """Return whether a reference asks for a hundredth at least of the motion about a uniform motion, in the last half:
+    a uniform motion that is rounded is periodic, too, and asks for nothing.
     """
     if position is None:
         return True

@@ -54,8 +54,7 @@ class Lines(NamedTuple):
     frequency: Real  # Frequencies [Hz], shape (n,)
     response: Complex  # Z/U [m/V], shape (n,)
     deviation: Real  # Relative standard deviation of real and imaginary part, shape (n,)
-    # Sampling rate of the hold in front of the plant [Hz]; None where the response is that of eq. (1) itself.
-    hold: float | None
+    hold: float | None  # Sampling rate of the hold before the plant [Hz]; None where the response is of eq. (1) itself
     reversing: float  # Equivalent gain of Coulomb friction [s/m], see `MeasuredResponse`
     correlation: float  # Neighbouring lines per independent line
     known: bool  # True where the deviation is known in full, false where only its shape is (a table)
@@ -126,8 +125,7 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
 
 UNDETERMINED = 0.5  # Assumed share of the table in the moving mass, if it is not determined
 BLOCKS, FEWEST_LINES = 10, 5  # Number of blocks of neighbouring lines for the jackknife, and the least number
-SCATTER_BY_CHANCE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)
-"""Ratio of the variances by blocks and by scatter that chance exceeds in one of ten cases."""
+SCATTER_BY_CHANCE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)  # Ratio of variances exceeded by chance in 1 of 10
 OTHER_RATIOS = (0.2, 0.8)  # Other possible shares of the table, if it is not determined
 MISFIT = 0.99  # Quantile of chi-squared above which the residuals exceed noise
 
@@ -176,13 +174,10 @@ class ResponseForm(NamedTuple):
 class PlantSolution:
     """Parameters of eq. (1), and of Coulomb friction and a second mass where they were requested."""
 
-    # A [1/s], ln B, T_d [s], F_c/M [m/s²] or β [1/s] where friction was fitted, and those of a second mass as in
-    # `ResponseForm`; shape (p,)
-    values: Real
+    values: Real  # A [1/s], ln B, T_d [s], F_c/M [m/s²] or β [1/s] if fitted, second mass's in `ResponseForm`; (p,)
     covariance: Real  # Covariance of these, shape (p, p)
     chi2: float  # Chi-squared over its freedom, for the deviations as they were measured [1]
-    # Relative deviation that must be added to the measured deviations to explain the residuals; 0 where noise does
-    misfit: float
+    misfit: float  # Relative deviation that measured ones lack to explain the residuals; 0 where noise does
     freedom: float  # Degrees of freedom, correlated lines counted once
     form: ResponseForm  # Which parameters there are
 
@@ -361,8 +356,7 @@ class ResponseFit:
 class FrictionInfluence:
     """Contribution of Coulomb friction to A: ``A_seen = A + F_c/M·gain``, its describing function along each motion."""
 
-    # Equivalent gain of a unit Coulomb friction along each motion [s/m], shape (r,); 0 where it never reverses
-    gains: Real
+    gains: Real  # Equivalent gain of unit Coulomb friction along each motion [s/m], (r,); 0 where it never reverses
     seen: Real  # A fitted to each response alone [1/s], shape (r,)
     half: Real  # Half the 95 % interval of each, shape (r,)
     differs: bool  # Whether the responses show friction; False also where it could not be compared
@@ -382,8 +376,7 @@ class PlantFit:
     friction: FrictionInfluence  # What friction does to A
     hold: float | None  # Sampling rate of the hold [Hz]; None for a continuous response
     transport: Estimate  # T_d without half a sample of hold [s]
-    # Frequency, ratio and damping of a table on a spring, see `fric.drive.resonance`; None where none is seen
-    second_mass: dict[str, Estimate] | None = None
+    second_mass: dict[str, Estimate] | None = None  # Of a table on a spring, see `fric.drive.resonance`; if seen
     warnings: tuple[Notice, ...] = ()  # Warnings: what the data do not determine
 
     @property
@@ -405,11 +398,8 @@ class ForceScale:
     """K_f, and the lag of the logged force."""
 
     K_f: Estimate | None  # Force constant [N/V]; None where it is not known
-    # Lag of the logged force behind the logged input at low frequency, filter included [s]; None where no
-    # record has both
-    lag: Estimate | None = None
-    # Corner of the first-order filter that is part of the lag [Hz]; None where none is seen
-    filter: Estimate | None = None
+    lag: Estimate | None = None  # Lag of force behind input at low frequency, with filter [s]; None if one is unlogged
+    filter: Estimate | None = None  # Corner of the first-order filter in the lag [Hz]; None where none is seen
     sampling: float = 0.0  # Sampling rate of the records [Hz]
     warnings: tuple[Notice, ...] = ()  # Their warnings
 
@@ -815,10 +805,8 @@ def _with_hysteresis(plain: PlantSolution, sets: Sequence[Lines], sweeps: bool) 
 
 
 def _alike(solution: PlantSolution, lines: Lines, misfit: float) -> float:
-    """Return the number of neighbouring lines per independent line, by the correlation of residuals.
-
-    Friction around rest is more than its describing function: the remainder is not noise, and is similar from line to
-    line.
+    """Return the number of neighbouring lines per independent line, by the correlation of residuals: what friction
+    around rest is beyond its describing function is no noise, and similar from line to line.
     """
     model = solution.form.response(solution.values, lines.frequency, lines.hold, lines.reversing)
     return statistics.memory(np.log(lines.response / model) / np.hypot(lines.deviation, misfit))
@@ -1048,8 +1036,7 @@ RESTS = 0.1  # Share of such samples above which they are left out; without a fi
 FEWEST = 30  # Least number of samples of a fit
 
 
-RigidAxis = tuple[Real, Real]
-"""M, F_v, F_c and offset of a rigid axis, shape (4,), and their covariance (4, 4)."""
+RigidAxis = tuple[Real, Real]  # M, F_v, F_c and offset of a rigid axis, shape (4,), and their covariance (4, 4)
 
 
 @dataclass(frozen=True)
@@ -1058,21 +1045,16 @@ class MotionFit:
 
     axis: str  # axis, motion: name and motion of the axis
     motion: Motion
-    # ``force``, or ``input`` where no force was logged and no force constant given: then M, F_v, F_c and offset are in
-    # volts (per m/s², per m/s)
-    channel: Literal["force", "input"]
-    # M, F_v, F_c and offset; or M and F_v, F_c of either direction. Intervals allow for correlated residuals.
-    estimates: dict[str, Estimate]
-    # Standard deviation of each by ordinary least squares, for independent residuals
-    deviation: dict[str, float]
+    channel: Literal["force", "input"]  # ``input`` without force or K_f: then all are in volts (per m/s², per m/s)
+    estimates: dict[str, Estimate]  # M, F_v, F_c (or F_v, F_c by direction), offset; for correlated residuals
+    deviation: dict[str, float]  # Standard deviations by ordinary least squares, for independent residuals
     plant: dict[str, Estimate]  # A, B, T_d of eq. (1), and K_f where it is known.
     relative_error: float  # ``‖residual‖/‖force‖`` [1]
     condition_number: float  # Of the observation matrix
     autocorrelation: float  # Of neighbouring residuals, after decimation
     sampling: float  # sampling, conditioning: sampling rate [Hz] and filters of the first record
     conditioning: Conditioning
-    # time, measured, fitted: decimated samples: instants [s], and logged and fitted force, each of shape (n,)
-    time: Real
+    time: Real  # time, measured, fitted: decimated samples: instants [s], logged and fitted force, each of shape (n,)
     measured: Real
     fitted: Real
     warnings: tuple[Notice, ...] = ()  # Warnings: what the data do not determine
@@ -1225,9 +1207,8 @@ _EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
 
 
 def _of_timing(X: Real, late: Real, residual: Real, lengths: Sequence[int]) -> Real:
-    """Return the increase of the covariance (p, p) due to the alignment of force and position within a sample.
-
-    As `fric.identify.replay.replay_fit.of_supposed`, by a force that is late by one standard deviation (n,).
+    """Return the increase of the covariance (p, p) due to the alignment of force and position within a sample: as in
+    `fric.identify.replay.replay_fit.of_supposed`, by a force that is late by one standard deviation (n,).
     """
     joint = np.column_stack([late, X])
     if not late.any() or np.linalg.cond(joint / np.linalg.norm(joint, axis=0)) > CONDITION:
@@ -1257,9 +1238,8 @@ def _observations(record: Prepared, settings: Conditioning, direction: str) -> R
 
 
 def _refuse_rank(X: Real, names: Sequence[str], log: Log) -> None:
-    """Refuse a motion along which two terms are collinear, for any units of the columns, or that goes one way.
-
-    Along one way F_c and the offset are one force: the few samples of an overshoot would tell them apart.
+    """Refuse a motion along which two terms are collinear, for any units of the columns, or that goes one way: F_c and
+    the offset are one force then, and the few samples of an overshoot would tell them apart.
     """
     size = np.linalg.norm(X, axis=0)
     velocity = X[:, [name.startswith("F_v") for name in names]]

@@ -88,8 +88,7 @@ class Baseline:
 
     name: str  # What is subtracted
     parameters: int  # Number of parameters that were fitted
-    # Measured less modelled force [N] of each record, from the split that scores a sample; nan where none does
-    residual: tuple[Real, ...]
+    residual: tuple[Real, ...]  # Measured less modelled force [N], by record, from the split that scores; nan elsewhere
     rms: float  # rms, rms_near: root mean square of that over all samples scored, and over those near reversals [N]
     rms_near: float
 
@@ -121,15 +120,12 @@ class Score(Baseline):
 class Comparison:
     """Friction models, the best first."""
 
-    # The models by their rms; of those that differ by rounding the model of fewer parameters is first
-    scores: tuple[Score, ...]
+    scores: tuple[Score, ...]  # The models by rms; of those that differ by rounding that of fewer parameters first
     records: tuple[Prepared, ...]  # The records
     near: Masks  # Which samples are near reversals, one mask a record
-    # Pre-sliding length of each record [m]: the travel after a reversal until the force has changed by nine tenths
-    presliding: tuple[float, ...]
+    presliding: tuple[float, ...]  # Travel after a reversal until nine tenths of the force's change [m], by record
     baselines: tuple[Baseline, ...]  # What is left without a dynamic model
-    # The best model; None where its lead over another, or over a baseline, does not exceed the error of that lead
-    winner: str | None
+    winner: str | None  # The best model; None where its lead over another or a baseline is within its error
     # For each other model and baseline, and those without memory near reversals, how much lower the mean squared
     # residual of the best model is, and half the 95 % interval of that [N²]
     leads: dict[str, tuple[float, float]]
@@ -200,9 +196,8 @@ Modelled = Callable[[Prepared], Real]  # The force of a fit along a record [N], 
 def _held_out(
     fit: Callable[[Sequence[Prepared]], Modelled], records: Sequence[Prepared], splits: Sequence[Masks]
 ) -> tuple[tuple[Real, ...], Real]:
-    """Return what fits leave of the samples that they did not see, by record, and of those that they saw, in one row.
-
-    The terms of a record are fitted to the samples seen, or to the others where none was.
+    """Return what fits leave of the samples that they did not see, by record, and of those that they saw, in one row;
+    the terms of a record are fitted to the samples seen, or to the others where none was.
     """
     residual = tuple(np.full(len(record.force), np.nan) for record in records)
     seen = []
@@ -278,9 +273,8 @@ def _sizes(residual: Sequence[Real], near: Masks) -> tuple[float, float]:
 
 
 def _lead(records: Sequence[Prepared], best: Sequence[Real], other: Sequence[Real]) -> tuple[float, float]:
-    """Return the advantage of the best in the mean squared residual, and half its 95 % interval [N²].
-
-    The strokes between reversals are the independent pieces (thirty equal pieces where there are few strokes).
+    """Return the advantage of the best in the mean squared residual, and half its 95 % interval [N²], by the strokes
+    between reversals as independent pieces (thirty equal pieces where there are few strokes).
     """
     sums, counts = [], []
     for record, mine, theirs in zip(records, best, other, strict=True):

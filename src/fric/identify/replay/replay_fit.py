@@ -39,23 +39,8 @@ from fric.friction.directed import Directed
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.plant.identify import RigidAxis
-from fric.identify.replay.replay_search import (
-    HOP,
-    LEVEL,
-    STEP,
-    Coordinate,
-    Coordinates,
-    Key,
-    Point,
-    Ranges,
-    Search,
-    coordinates_of,
-    few_a_swing,
-    search_ranges,
-    side_by_side,
-    times,
-    unseen,
-)
+from fric.identify.replay import replay_search
+from fric.identify.replay.replay_search import Coordinate, Coordinates, Key, Point, Ranges, Search, side_by_side
 from fric.notice import Notice
 from fric.process import one_blas_thread
 from fric.records.flaws import record_flaws
@@ -68,8 +53,7 @@ from fric.units import Motion, readable, si_unit
 
 SPANS_ALIKE = 1.5  # Ratio of the spans of two records up to which they count as the same motion
 LAGS = 10  # Lags at which residuals are tested against white noise
-Beyond = Callable[[Search, Real, Real], Real]
-"""Increase of a covariance (s, s) that residuals do not show: of a search, its end (p,), and directions seen (p, s)."""
+Beyond = Callable[[Search, Real, Real], Real]  # Unseen covariance (s, s) of a search, its end (p,), directions (p, s)
 
 
 def white(residual: Real, lengths: Sequence[int]) -> bool:
@@ -243,7 +227,7 @@ class Solved:
         for (_, name), found in self.slopes.items():
             vector = found.parameter.per_block
             for number, n in enumerate(self.order() if vector else [0], 1):
-                if name != LEVEL.name and not (np.abs(found.slope[n, ~self.seen]) > 1e-6).any():
+                if name != replay_search.LEVEL.name and not (np.abs(found.slope[n, ~self.seen]) > 1e-6).any():
                     names.append(f"{name}_{number}" if vector else name)
                     scales.append(found.scale)
                     rows.append(found.slope[n])
@@ -313,7 +297,7 @@ def slopes(coordinates: Coordinates, x: Real) -> dict[Key, Slopes]:
             found[section, name] = value if scale == "linear" else np.log(value) - logit
         return found
 
-    centre, steps = quantities(x), STEP * (coordinates.upper - coordinates.lower)
+    centre, steps = quantities(x), replay_search.STEP * (coordinates.upper - coordinates.lower)
     moved = [quantities(x + step * unit) for step, unit in zip(steps, np.eye(len(x)), strict=True)]
     by = {key: np.array([found[key] for found in moved]) for key in centre}
     return {key: Slopes(*scales[key], at, (by[key] - at).T / steps) for key, at in centre.items()}
@@ -321,8 +305,7 @@ def slopes(coordinates: Coordinates, x: Real) -> dict[Key, Slopes]:
 
 SUSPECTED = 0.6  # Lag [samples] above which the lag is estimated again, with the force moved by it
 CLEAR = 2.5  # Ratio of mean lag to half-width above which a lag is reported: hunting looks like a smaller lag
-LATEST_SAMPLES, LATEST = 4.0, 10e-3
-"""Largest lag of a log, in samples or by a filter [s]: friction without corners looks like a longer lag."""
+LATEST_SAMPLES, LATEST = 4.0, 10e-3  # Largest lag in samples, or by a filter [s]: smooth friction looks like a lag
 BLOCKS = 3  # Number of blocks for a virgin curve of any shape
 
 
@@ -546,8 +529,7 @@ def _rates(model: FrictionModel, records: Sequence[Prepared]) -> list[Real]:
 ROW, MOST_SAMPLES = 160, 40_000  # Number of blocks in the row, and of samples in its replay
 BEYOND = 1.5  # Excess width of the row over the blocks on either side, in the logarithm of k/alpha
 WORSE = 1.02  # Ratio of squared residuals above which a place is rejected: the force is interpolated in the row
-TRIED, SETTLED, STEPS = 20_000, 40, 24
-"""Largest number of places tried on the grid, number of places refined, and least-squares steps from each."""
+TRIED, SETTLED, STEPS = 20_000, 40, 24  # Most places tried on the grid; places refined; least-squares steps from each
 RIVALS, PLACES_APART = 3, 0.05  # Points kept beside the best, and their least distance in log(k/alpha) of some block
 DRAWS, LEAST = 96, 1e-4  # Number of noise draws, and the share of a step over which their effect is linear
 
@@ -558,24 +540,21 @@ class Placement:
 
     search: Search  # The search
     model: GMS  # The model whose static map and C are taken
-    # What a block of unit share adds to the force over the logarithm of its k/alpha, in d directions
-    blocks: CubicSpline
+    blocks: CubicSpline  # Force of a block of unit share over the logarithm of its k/alpha, in d directions
     target: Real  # The measured force in these directions, shape (d,)
     noisy: int  # Number of rows that are measured; the last row states that shares sum to 1
     apart: float  # How far two knots are apart at least, over F_s [m/N]
-    # places, shares: the least-squares points: the logarithms of k/alpha [N/m], and the shares, shape (m, N), the best
-    # first
-    places: Real
-    shares: Real
+    places: Real  # Logarithms of k/alpha [N/m] of the least-squares points, shape (m, N), the best first
+    shares: Real  # The shares there, shape (m, N)
 
     def point(self, places: Real, shares: Real) -> Real:
         """Return the point of the search (p,) of some blocks, in the order in which they slip."""
         total, order = float(shares.sum()), np.argsort(-places)
         found = replace(
-            self.model, static=times(self.model.static, total), alpha=tuple(shares[order] / total),
+            self.model, static=replay_search.times(self.model.static, total), alpha=tuple(shares[order] / total),
             k=tuple((shares * np.exp(places))[order]),
         )  # fmt: skip
-        return coordinates_of(self.search.coordinates, found)
+        return replay_search.coordinates_of(self.search.coordinates, found)
 
     def better(self, x: Real) -> Real:
         """Return the best point of the search (p,); x if the row of blocks gives no better place."""
@@ -647,7 +626,7 @@ def placed(search: Search, x: Real) -> Placement:
     target = search.residual(x) + table[:, ROW:] @ alpha
     small = np.asarray(np.linalg.qr(np.column_stack([table[:, :ROW], target]), mode="r"))
     noisy = len(small) - 1
-    if all(c.parameter is not LEVEL for c in search.coordinates.free):
+    if all(c.parameter is not replay_search.LEVEL for c in search.coordinates.free):
         small = np.vstack([small, np.full(ROW + 1, 1e3 * np.linalg.norm(target))])  # the shares then sum to 1
     blocks, force = CubicSpline(row, small[:, :ROW].T), small[:, ROW]
     apart = RESOLVED * identifiability_of(search.records).resolved / break_away(law.static)
@@ -729,8 +708,7 @@ class ReplayFit:
     model: FrictionModel  # The model with the values found
     axis: str  # axis, motion: name and motion of the axis
     motion: Motion
-    # Its parameters with their 95 % intervals, by section of a friction file and name
-    estimates: dict[str, dict[str, Estimate]]
+    estimates: dict[str, dict[str, Estimate]]  # With 95 % intervals, by section of a friction file and name
     records: tuple[Prepared, ...]  # The records, and which of their samples were fitted
     level: Estimate  # Level of the records relative to a static map that was held, where it was fitted; else 1
     own: tuple[tuple[float, ...], ...]  # Terms of each record, in the order of its `Preparation.own`
@@ -741,11 +719,9 @@ class ReplayFit:
     x: Real
     spread: Real  # Covariance of ``x``, shape (p, p); nan where the records do not determine it
     covariance: Covariance  # Covariance of the fitted parameters
-    # Lag of the logged force behind the position [s], by record, see `lateness`
-    late: Mapping[str, Estimate]
+    late: Mapping[str, Estimate]  # Lag of force behind position [s], by record, see `lateness`
     warnings: tuple[Notice, ...] = ()  # Warnings: what the records do not determine
-    # Standard deviation of the ``level`` [1], the ``offset`` [N] and the ``mass`` [kg] of records, where seen
-    between_records: Mapping[str, Estimate] = field(default_factory=dict)
+    between_records: Mapping[str, Estimate] = field(default_factory=dict)  # Deviation: level [1], offset [N], mass [kg]
 
     @property
     def own_estimates(self) -> list[dict[Own, Estimate]]:
@@ -801,15 +777,15 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         rigid = max(float(np.ptp(record.force[record.used])) for record in records) / (YIELDS * step)
         found = [(s, p) for s, ps in model.declared().items() for p in ps if p.dimension == "stiffness"]
         held |= {(s, p.name): rigid for s, p in found if not p.per_block and p.name not in {*free, *(fix or {})}}
-    ranges = search_ranges(records)
+    ranges = replay_search.search_ranges(records)
     coordinates = Coordinates.of(model, ranges, blocks=blocks, held=held, level=with_level, negative=negative)
     if sum(int(r.used.sum()) for r in records) <= 2 * len(coordinates.free):
         raise few
     search = Search(coordinates, records)
-    x = search.coarse(seed) if start is None else coordinates_of(coordinates, start)
+    x = search.coarse(seed) if start is None else replay_search.coordinates_of(coordinates, start)
     in_blocks = model is GMS and blocks > 1
     x = placed(search, x).better(x) if in_blocks and start is None else x
-    x = search.fine(x, HOP) if in_blocks else search.fine(x)
+    x = search.fine(x, replay_search.HOP) if in_blocks else search.fine(x)
     search, placement = search.weighed(x), None
     if in_blocks and not white(search.residual(x), [int(record.used.sum()) for record in records]):
         placement = placed(search, x)
@@ -861,9 +837,8 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
 
 
 def _falls(search: Search, best: Point, coordinate: Coordinate) -> bool:
-    """Return whether a record reaches the velocity at which F_s has fallen to F_c; below it both are inseparable.
-
-    A record that is too slow for its starts and stops does not show where it fell.
+    """Return whether a record reaches the velocity at which F_s has fallen to F_c, below which both are inseparable:
+    one that is too slow for its starts and stops does not show where it fell.
     """
     if coordinate.parameter.name != "F_s" or not coordinate.parameter.at_least:
         return True
@@ -950,14 +925,20 @@ def _described(
             estimates[section][p.name], scaled[section][p.name] = kept.get(p.name, found), found
     model = coordinates.on_guideway(coordinates.model.from_sections(scaled), solved.values)
     level = Estimate(1.0, "1")
-    if (of_level := ("static", LEVEL.name)) in within:
-        level = Estimate(solved.values["static"][LEVEL.name], "1", within[of_level][0])
+    if (of_level := ("static", replay_search.LEVEL.name)) in within:
+        level = Estimate(solved.values["static"][replay_search.LEVEL.name], "1", within[of_level][0])
     warnings += [*notices, *record_notices(records, model), *solved.edges()]
     residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])
-    parts = [(hidden, squares.mean()) for squares, hidden in (unseen(record, model) for record in records)]
+    parts = [
+        (hidden, squares.mean()) for squares, hidden in (replay_search.unseen(record, model) for record in records)
+    ]
     less = [float(np.mean(2.0 * hidden > of)) for hidden, of in parts if hidden.mean() > 0.5 * of]
-    left = [1.0 - float(record.used.mean()) for record in records if few_a_swing(record) and not record.done.starts]
+    left = [
+        1.0 - float(record.used.mean())
+        for record in records
+        if replay_search.few_a_swing(record) and not record.done.starts
+    ]
     if less or left:
         warnings.append(CHANGES_BETWEEN.found(share=max(less + left), less=not left))
     rmse = float(np.sqrt(np.mean(residual**2)))
@@ -1109,7 +1090,7 @@ def replay_information(
     level = not all(record.slides for record in records)
     coordinates = Coordinates.of(GMS, ranges, blocks=len(model.alpha), held=held, level=level)
     search = Search(coordinates, [record.trimmed() for record in records])
-    x = coordinates_of(coordinates, model)
+    x = replay_search.coordinates_of(coordinates, model)
     search = search.weighed(x)
     here = search.at(x)
     S, V = np.linalg.svd(here.gradient, full_matrices=False)[1:]
@@ -1117,7 +1098,7 @@ def replay_information(
     basis = np.eye(len(x)) if seen.all() else V[seen].T
     covariance = _covariance(search, here, basis, _quantile(here, len(basis.T)), beyond)
     information = basis @ np.linalg.inv(covariance) @ basis.T
-    levels = [n for n, c in enumerate(coordinates.free) if c.parameter is LEVEL]
+    levels = [n for n, c in enumerate(coordinates.free) if c.parameter is replay_search.LEVEL]
     kept = [n for n in range(len(x)) if n not in levels]
     information = (
         information[np.ix_(kept, kept)]

@@ -35,8 +35,7 @@ from fric.records.prepared import Prepared
 from fric.records.resolution import noise_level
 from fric.search import minimised
 
-Ranges = Mapping[str, tuple[float, float]]
-"""Least and largest value in SI that the records can show, by dimension (see `fric.units`)."""
+Ranges = Mapping[str, tuple[float, float]]  # Least and largest value in SI that records can show, by dimension
 
 Scale = Literal["log", "linear", "ratio", "share"]
 Key = tuple[str, str]  # Section and name of a parameter
@@ -52,9 +51,7 @@ class Coordinate:
     section: str  # section, parameter: the section of a friction file, and the parameter in it
     parameter: Parameter
     block: int | None  # Number of the block, from 0; None for a parameter that is one number
-    # How it is searched: ``log``; ``linear``; ``ratio``, the logarithm of its ratio to `Parameter.at_least`; ``share``,
-    # the logarithm of its ratio to the last block's share
-    scale: Scale
+    scale: Scale  # ``log``, ``linear``; ``ratio``: log over `Parameter.at_least`; ``share``: over the last's share
     lower: float  # lower, upper: bounds of the coordinate
     upper: float
 
@@ -75,9 +72,7 @@ class Coordinates:
 
     model: type[FrictionModel]  # The model
     free: tuple[Coordinate, ...]  # What is searched
-    # Values in SI of the parameters that are not searched, by section and name; nan for a parameter equal to its lower
-    # bound, another parameter
-    held: Mapping[Key, float]
+    held: Mapping[Key, float]  # Of parameters that are not searched [SI]; nan for one equal to its lower bound, another
     blocks: int  # Number of blocks of a model that has any
     negative: StaticMap | None = None  # Static map of the negative direction, where each direction has a map
 
@@ -259,8 +254,7 @@ def search_ranges(records: Sequence[Prepared]) -> Ranges:
 
 COARSE = 4_000  # Number of samples in the coarse search
 LITTLE, SEARCHES = 0.1, 4  # Share of the force's squares that a search may leave, and the most searches
-FAST, RIGID = 0.1, 1.5
-"""Speed from which on friction slides, relative to the fastest; what a search may leave of it over a line in speed."""
+FAST, RIGID = 0.1, 1.5  # Speed from which friction slides, over the fastest; what a line in speed may leave of it
 EVALUATIONS = 150  # Replays of the coarse search, over the number of unknowns plus one
 HOP, HOPS = 12, 4  # Least-squares steps after a hop of a block, and hops of each block
 GOLDEN = 0.6180339887498949
@@ -282,8 +276,7 @@ class Search:
 
     coordinates: Coordinates  # What is searched
     records: Sequence[Prepared]  # Force that it is compared with
-    # Weight of each used sample, one array a record; equal where not given. Their mean square is 1.
-    weights: tuple[Real, ...] | None = None
+    weights: tuple[Real, ...] | None = None  # Of each used sample, by record; their mean square is 1. None: equal
 
     @cached_property
     def _weighted(self) -> list[tuple[Real, Real]]:

@@ -43,8 +43,7 @@ class StaticFit:
     warnings: tuple[Notice, ...]  # Warnings: what the data do not determine
     method: str  # How the fit was made, in words
     plant: Plant | None = None  # The plant whose damping was subtracted; None where none was
-    between_records: Mapping[str, Estimate] = field(default_factory=dict)
-    """Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, if determined."""
+    between_records: Mapping[str, Estimate] = field(default_factory=dict)  # Deviation: ``level`` [1], ``offset`` [N]
     over_position: Estimate | None = None  # Standard deviation of friction over position [N], if strokes agree on it
 
 
@@ -225,12 +224,9 @@ def _misfit(fit: MapFit) -> Iterator[Notice]:
 
 
 def _missed_both_ways(fit: MapFit) -> float:
-    """Return the common deviation from the map of strokes of a speed in both directions (rms) [N].
-
-    It is 0 if it is small, or if the directions differ by as much.
-
-    Half the sum of their residuals is the error of the map, half the difference does not repeat. This works with few
-    speeds, where tests of neighbours fail: of ten speeds, a wave of the residuals has two or three.
+    """Return the common deviation from the map of strokes of a speed in both directions (rms) [N]; 0 if it is small, or
+    if the directions differ by as much. Half the sum of their residuals is the error of the map, half the difference
+    does not repeat. With few speeds tests of neighbours fail: of ten speeds, a wave of the residuals has two or three.
     """
     problem = fit.problem
     r, forward = np.sign(problem.v) * fit.residual, problem.v > 0

@@ -13,17 +13,9 @@ from scipy.special import fdtrc, stdtrit
 from fric.arrays import Real
 from fric.estimate import NORMAL_97_5, TWOFOLD, Covariance, Estimate
 from fric.friction.stribeck import StaticMap, stribeck_shares
+from fric.identify.static_map import stribeck_fit
 from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
-from fric.identify.static_map.stribeck_fit import (
-    DELTA_RANGE,
-    PARAMETERS,
-    FittedMap,
-    MapSolution,
-    StribeckProblem,
-    fit_strokes,
-    profile_interval,
-    solve_with_scatter,
-)
+from fric.identify.static_map.stribeck_fit import FittedMap, MapSolution, StribeckProblem
 from fric.records.over_strokes import REPEATED
 from fric.search import simplest
 from fric.statistics import supposed
@@ -38,14 +30,13 @@ LEAST_RISE = 1e-6  # Least rise of F_s with age, as a share of F_s
 DIFFERENT = 1e-3  # Probability of such a gain by chance below which a richer form is used
 FEWEST = 8  # Least number of strokes for a richer form
 GROUPS = 10  # Number of groups of strokes that are left out in turn for an interval
-DESCRIPTIONS = {
+DESCRIPTIONS = {  # Names of the forms, in the order in which they are reported
     "stribeck": "by eq. (2)",
     "coulomb": "without the Stribeck fall",
     "delta": "with delta free",
     "ages": "with an F_s that ages",
     "each": "by a map for each direction",
 }
-"""Names of the forms, in the order in which they are reported."""
 
 
 def weighted_rms(weight: Real, errors: Real) -> float:
@@ -116,10 +107,8 @@ def clearly_better(
 
 
 def _at_other_speeds(problem: StribeckProblem, misfits: Sequence[tuple[Real, Real]]) -> bool:
-    """Return whether a richer form predicts clearly better when all strokes of a speed are held out together.
-
-    A deviation of both directions at one speed may be due to the place, or to steps of the force, so that a stroke
-    predicts the other.
+    """Return whether a richer form predicts clearly better when all strokes of a speed are held out together: by its
+    place, or steps of the force, both directions may deviate at one speed, so that a stroke predicts the other.
     """
     speed = np.abs(problem.v)
     order = np.argsort(speed)
@@ -199,7 +188,7 @@ def _with_shape(fitted: FittedMap, held_out: HeldOut, *, shape: bool, fixed: boo
     tried = held_out.entered("delta", by_leverage(freed.problem, *misfits[1]))
     if tried.ages is not None and not simplest([tried["delta"], tried["ages"]]):
         tried = replace(tried, ages=None)
-    low, high = DELTA_RANGE
+    low, high = stribeck_fit.DELTA_RANGE
     inside = low * 1.01 < freed.solution.theta["delta"] < high / 1.01 and not at_bound(freed.problem, freed.solution)
     if shape and tried.ages is None and inside and clearly_better(tried, "delta", 1, plain, misfits):
         return freed, replace(tried, form="delta")
@@ -209,7 +198,7 @@ def _with_shape(fitted: FittedMap, held_out: HeldOut, *, shape: bool, fixed: boo
 def _solved(fitted: FittedMap, problem: StribeckProblem, start: MapSolution | None, *, fixed: bool) -> FittedMap:
     """Return the fit of another form to the strokes of a fit."""
     problem = replace(problem, standard_error=fitted.deviation)
-    solution, between = solve_with_scatter(problem, fitted.deviation, fixed=fixed, start=start)
+    solution, between = stribeck_fit.solve_with_scatter(problem, fitted.deviation, fixed=fixed, start=start)
     problem = replace(problem, standard_error=np.hypot(fitted.deviation, between))
     return fitted._replace(problem=problem, solution=solution, between=between)
 
@@ -290,8 +279,7 @@ class MapFit:
     covariance: Covariance  # Linearised covariance of the free parameters, and of a shape factor that is supposed
     between: float  # Standard deviation of the strokes beyond their noise [N]
     held_out: HeldOut  # How well forms predict strokes that are held out
-    standing_off: tuple[tuple[SpeedPoint, float], ...] = ()
-    """Strokes that deviate from all others, each with its deviation [N], which reduces its weight."""
+    standing_off: tuple[tuple[SpeedPoint, float], ...] = ()  # Strokes of less weight, and deviation from the others [N]
 
     @property
     def static_map(self) -> StaticMap:
@@ -345,7 +333,7 @@ def solved(strokes: Strokes, offset: float | None, *, alike: bool = False) -> tu
     )
     for into in strokes.into:
         problem = into(problem, strokes.points)
-    fitted = fit_strokes(problem, fixed=fixed, alike=alike)
+    fitted = stribeck_fit.fit_strokes(problem, fixed=fixed, alike=alike)
     return chosen(fitted, fall=asked.form == "auto", shape=asked.delta == "auto", fixed=fixed)
 
 
@@ -405,10 +393,12 @@ def _estimates(fitted: FittedMap, asked: Asked) -> tuple[dict[str, Estimate], Co
     errors = np.sqrt(np.diag(covariance))
     bounded = at_bound(problem, solution) if problem.fall else ()
     estimates = {}
-    for name in PARAMETERS:
+    for name in stribeck_fit.PARAMETERS:
         unit, value = si_unit(DIMENSIONS[name], asked.motion), float(solution.theta[name])
         if name in problem.free:
-            interval = profile_interval(problem, solution, name, scale, float(errors[problem.free.index(name)]))
+            interval = stribeck_fit.profile_interval(
+                problem, solution, name, scale, float(errors[problem.free.index(name)])
+            )
             estimates[name] = Estimate(value, unit, interval, assumed=name in bounded)
         else:
             fixed = name == "delta" and problem.delta is not None
@@ -457,9 +447,8 @@ def _with_supposed_shape(
         if side.cost - min(solution.cost, side.cost) < float(stdtrit(problem.degrees_of_freedom, 0.975)) ** 2 * scale:
             for name in ("F_s", "v_s"):
                 known, guess = estimates[name].limits, estimates[name].half_width / NORMAL_97_5
-                limits = profile_interval(shaped, side, name, scale, guess)
-                ends = min(limits[0], known[0]), max(limits[1], known[1])
-                estimates[name] = replace(estimates[name], ci95=ends)
+                limits = stribeck_fit.profile_interval(shaped, side, name, scale, guess)
+                estimates[name] = replace(estimates[name], ci95=(min(limits[0], known[0]), max(limits[1], known[1])))
     matrix[np.ix_(seen, seen)] += np.array(covariance.matrix)
     return estimates, Covariance.of(freed.free, matrix, "linear")
 
@@ -495,7 +484,7 @@ def _with_weights(estimates: dict[str, Estimate], fitted: FittedMap) -> dict[str
     for some in (group != n for n in range(groups)):
         parts = {name: getattr(problem, name)[some] for name in ("v", "F")} | {"standard_error": fitted.errors[some]}
         swing = None if problem.swing is None else problem.swing[some]
-        left = fit_strokes(replace(problem, **parts, swing=swing), fixed=False, start=fitted.solution)
+        left = stribeck_fit.fit_strokes(replace(problem, **parts, swing=swing), fixed=False, start=fitted.solution)
         thetas.append([left.solution.theta[name] for name in problem.free])
     spread = np.sqrt((groups - 1) / groups * np.sum((np.array(thetas) - np.mean(thetas, axis=0)) ** 2, axis=0))
     return _wider(estimates, dict(zip(problem.free, float(stdtrit(groups - 1, 0.975)) * spread, strict=True)), max)

@@ -46,8 +46,7 @@ class SpeedPoint:
     swing: float = 0.0  # Root mean square of the velocity about its mean over that mean [1]; 0 where it does not swing
     over_position: float = 0.0  # Force subtracted since it recurs at the places of this stroke [N]
     rounding: float = 0.0  # What steps in which the force was logged have of the standard error [N]
-    stretch: tuple[Log, Segment] | None = field(default=None, repr=False, compare=False)
-    """The record and the samples; None for a row of a table."""
+    stretch: tuple[Log, Segment] | None = field(default=None, repr=False, compare=False)  # None for a row of a table
 
     @property
     def of_record(self) -> str:
@@ -386,8 +385,7 @@ class Stretches(dict[int, tuple[Log, Segment]]):
         return over_place(list(self.values()))
 
 
-Into = Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem]
-"""A change of the problem that is fitted to points."""
+Into = Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem]  # A change of the problem fitted to points
 
 
 @dataclass(frozen=True)
@@ -396,13 +394,11 @@ class Correction:
 
     points: Sequence[SpeedPoint] | None = None  # The points without it; None where they do not change
     records: Sequence[Log | ForceVelocity] | None = None  # The records without it, if subtracted from each sample
-    together: Callable[["Strokes"], Real] | Real | None = None
-    """Directions in which its error moves the forces of all points [N], half widths, shape (m, n)."""
+    together: Callable[["Strokes"], Real] | Real | None = None  # Moves of forces by its error [N], half widths (m, n)
     notices: Sequence[Notice] = ()  # Its warnings
     tried: Mapping[str, float] = field(default_factory=dict)  # Error at held-out strokes [N] of what was not taken
     into: Into | None = None  # What it changes of the problem
-    between_records: Mapping[str, Estimate] = field(default_factory=dict)
-    """Standard deviation of the level [1] and the offset [N] of records."""
+    between_records: Mapping[str, Estimate] = field(default_factory=dict)  # Deviation of records: level [1], offset [N]
 
 
 @dataclass(frozen=True)

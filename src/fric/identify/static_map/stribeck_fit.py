@@ -243,10 +243,8 @@ Cost = Callable[[Real], float]
 
 
 def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) -> Real:
-    """Polish a minimum; a start that is near takes smaller steps.
-
-    One coordinate is bracketed and followed by parabolas (Brent 1973), two by NLopt's Subplex (Rowan 1990).
-    The sum of squares is quadratic about its minimum: 1e-5 of log v_s is 1e-10 of the sum.
+    """Polish a minimum, by parabolas in a bracket (Brent 1973) or, of two coordinates, by NLopt's Subplex (Rowan 1990);
+    a start that is near takes smaller steps. The sum of squares is quadratic: 1e-5 of log v_s is 1e-10 of the sum.
     """
     start, step = np.clip(start, lower, upper), (0.01 if near else 0.05) * (upper - lower)
     if len(start) == 1:
@@ -263,10 +261,7 @@ def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) 
 
 
 _unchecked: Any = None
-"""The function behind SciPy's public function, whose checks take twice the time of so small a problem: 8 % of `identify
-gms`.
-
-Where another SciPy has it elsewhere, its public function is called."""
+"""The function behind SciPy's, whose checks take 8 % of `identify gms`; the public one where another SciPy lacks it."""
 
 with suppress(ImportError):
     from scipy.optimize._slsqplib import nnls as _unchecked

@@ -17,11 +17,10 @@ from fric.io.readers.base import ForeignTable, Format, number, read_xml
 
 FORMAT = Format("Renishaw ball bar", (".b5r",))
 MOST_BYTES = 64 << 20  # Bytes of a file that are read at most
-UNITS = {
+UNITS = {  # Units of figures by their type: what is one of them in SI
     "UT_LENGTH_UM": (1e-6, "m"), "UT_LENGTH_MM": (1e-3, "m"), "UT_LENGTH_M": (1.0, "m"), "UT_SQUARENESS": (1e-6, "rad"),
     "UT_SERVO_MISMATCH": (1e-3, "s"), "UT_SCALE_ERROR": (1e-6, "1"),
 }  # fmt: skip
-"""Units of figures by their type: what is one of them in SI."""
 _SIDE = re.compile(r"_([ab])(?:_(pos|neg))?(?=_|$)")
 _SIGNS = {"pos": "+", "neg": "-", None: ""}
 

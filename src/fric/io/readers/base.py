@@ -143,12 +143,9 @@ class ForeignTable(ABC):
     said: What the file itself says of the record: ``axis``, ``motion``, ``name``, ``kind``, ``sha256``, ``source``.
     """
 
-    notices: Sequence[Notice] = ()
-    """Warnings about the table, once it is read."""
-    states: int | None = None
-    """Column whose words are states: each becomes a number, and is listed in ``labels``."""
-    labels: Sequence[str] = ()
-    """Words of that column, as far as it is read."""
+    notices: Sequence[Notice] = ()  # Warnings about the table, once it is read
+    states: int | None = None  # Column whose words are states: each becomes a number, and is listed in ``labels``
+    labels: Sequence[str] = ()  # Words of that column, as far as it is read
 
     def __init__(
         self,
@@ -248,11 +245,10 @@ class Memory(ForeignTable):
 
 _SUFFIX = re.compile(r"(?:.+_(?:ms|us|µs|mm|um|µm|nm|deg|rad|mrad|Nm|mNm|kN|V|mV)|(?:[tT]|[tT]ime|[zZ]eit)_s|\w{2,}_N)")
 """Names that end in their unit; F_N is a normal force, and x_m may be a motor's or a mean."""
-_OF_AXIS = re.compile(
+_OF_AXIS = re.compile(  # No unit in brackets: a column's axis, or what it is of it, as in ``X[Position Feedback]``
     r"\d+|[xyzXYZ]\d?|(?:[jJ]|(?i:joint|axis|achse) ?)\d+|"
     r"(?i:(position|velocity|current|torque) (feedback|command|error))"
 )
-"""What is no unit in brackets: the axis of a column, or what it is of an axis, as in ``X[Position Feedback]``."""
 _NAMED = re.compile(
     r"(?P<name>.*?)(?:\s*(?:\[(?P<square>[^\[\]]*)\]|[({<](?P<round>[^(){}<>]*)[)}>])|"
     r"(?:\s+(?:/|in)\s+|\s(?=\S+/))(?P<behind>[^\s\[\](){}<>]+))"

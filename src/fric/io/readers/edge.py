@@ -26,14 +26,12 @@ from fric.io.readers.joined import Joined, SharedClock
 from fric.io.readers.text import tables as text_tables
 
 FORMAT = Format("SINUMERIK Edge", (".json", ".csv"))
-LARGEST_FILE = 512 << 20
-"""Bytes of JSON that are read at most: its text and its numbers are held in memory, together below 2 GB."""
+LARGEST_FILE = 512 << 20  # Bytes of JSON that are read at most: its text and numbers in memory are below 2 GB together
 CYCLE_MS = 2.0  # Sampling interval [ms] where the file gives none
-CHANNELS = (
+CHANNELS = (  # Channels by the names of signals, the better first, and their units on linear and rotary axes
     ("position", ("ENC_POS", "ENC1_POS", "ENC2_POS"), ("mm", "deg")), ("reference", ("DES_POS",), ("mm", "deg")),
     ("force", ("TORQUE",), ("N*m", "N*m")), ("force", ("CURRENT",), ("A", "A")), ("force", ("LOAD",), ("%", "%")),
 )  # fmt: skip
-"""Channels by the names of signals, the better first, and their units on linear and rotary axes."""
 _LINEAR, _ROTARY = re.compile(r"[xyzuvw]\d*|axis[1-3]"), re.compile(r"(?:[abc]|sp?)\d*|axis\d+")
 """Names of axes in small letters; without names, axes 1 to 3 are taken for linear."""
 

@@ -27,8 +27,7 @@ from fric.process import run_python
 from fric.units import is_unit
 
 _V73 = b"MATLAB 7.3 MAT-file"
-MOST_DEPTH, MOST_PARTS = 16, 20_000
-"""Largest depth of nested structs and cells, and number of their parts: references can name one part many times."""
+MOST_DEPTH, MOST_PARTS = 16, 20_000  # Most levels and parts of nested structs and cells: references can repeat one
 MOST_TEXT = 10_000  # Letters of a text at most
 _READ = """
 import pickle, sys
@@ -42,23 +41,20 @@ pickle.dump(found, out, protocol=5)
 """
 
 FORMAT = Format("MATLAB", (".mat",))
-MOST_UNPACKED, PACKED = 512 << 20, 15
-"""Bytes that a MATLAB 5 file, which is read whole, unpacks to at most; type of an element that is packed."""
+MOST_UNPACKED, PACKED = 512 << 20, 15  # Bytes that a MATLAB 5 file unpacks to at most; type of a packed element
 MOST_COLUMNS = 200  # Columns that a matrix has at most, where it is longer than wide
 SHORT = 30  # Samples that a record has at least, where lengths part records
-_AXIS = re.compile(
+_AXIS = re.compile(  # The name of a struct of an axis
     r"(?i)(.+\.)?(?P<name>((axis|axe|achse|asse|eje)_?)?(?P<letter>[xyzabcuvw])|(axis|axe|achse|asse|eje|joint)_?\d+|"
     r"(axis|axes?|achsen?|ass[ei]|ejes?|joints?)\((?P<number>\d+)\))"
 )
-"""The name of a struct of an axis."""
 _VALUES, _UNIT = ("values", "value", "data", "signal", "yvalue"), ("unit", "units", "units_of_measure")
 _TIMES = ("time", "t", "timestamps", "timestamp", "xvalue")
 _OF_CELL = re.compile(r"(.+?\(\d+\))\.(.+)")  # A field of an element of a struct array
 _OF_STRUCT = re.compile(r"(.+)\.([^.()]+\(:,\d+\)(?: \[[^\[\]]*\])?)")  # A column of a matrix in a struct
-_PARTED = re.compile(
+_PARTED = re.compile(  # A name as `_take_apart` makes it: a field of a struct, or a column of a matrix
     r"(?P<struct>.+)\.(?P<field>(?:[^.()\[\]]|\[[^\[\]]*\])+)|(?P<matrix>.+)\(:,(?P<line>\d+)\)(?P<unit> \[[^\[\]]*\])?"
 )
-"""A name as `_take_apart` makes it: a field of a struct, or a column of a matrix."""
 
 
 def recognises(path: Path, head: bytes) -> float:
@@ -108,10 +104,7 @@ def _unpacked(path: Path) -> int:
 
 @lru_cache(maxsize=2)
 def _load(path: Path, changed: int, size: int) -> dict[str, Any]:
-    """Return what SciPy reads in a separate process: some damage crashes its compiled reader, and the process.
-
-    Whether it does depends on what the memory held before, so that a file which was read once may end a second reading.
-    """
+    """Return what SciPy reads in a process of its own: some damage crashes it, depending on what memory held before."""
     done = run_python(_READ, str(path))
     try:
         found: dict[str, Any] | str = _Values(io.BytesIO(done.stdout)).load()

@@ -94,9 +94,8 @@ def cascade_of(path: Path, position_gain: float | None) -> tuple[str, Motion, "C
 
 
 def _measured(root: Element) -> tuple[Real, Complex, Real]:
-    """Return frequencies [Hz], response and coherence of a measurement from set speed to speed; 1 where it has none.
-
-    Of n spectra noise has a coherence of 1/n: what is above is left.
+    """Return frequencies [Hz], response and coherence of a measurement from set speed to speed; 1 where it has none. Of
+    n spectra noise has a coherence of 1/n: what is above is left.
     """
     nodes = {int(_number(node, "m_uNodeId")): node for node in root.iter("PlatformSignalNode")}
     if not {SPEED, SET_SPEED} <= nodes.keys():

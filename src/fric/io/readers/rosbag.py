@@ -50,7 +50,6 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
 @contextmanager
 def _bounded() -> Iterator[None]:
     """Let the library unpack a chunk up to `MOST_CHUNK`: bz2 makes a GiB of 800 bytes, and the library has no bound.
-
     What it unpacks with belongs to the whole process: it is put back.
     """
     import bz2

@@ -32,11 +32,10 @@ MOST_BYTES = 1 << 30  # Bytes of a trace that are read at most: its samples are 
 NO_VALUE = 9.2e18  # What is above is no value: the bits of a NaN, written as an integer
 SETUP = 1 << 20  # Bytes of setup before the data at most
 MOST_FILLED = 4_000_000  # Instants of a trace at most, with those at which nothing changed
-CHANNELS = (
+CHANNELS = (  # Channels by the address of a signal, the better address first
     ("reference", r"CmdPos"), ("position", r"ActPos2nd"), ("position", r"ActPos"), ("velocity", r"ActVel"),
     ("force", r"Act(ual)?Torque|TorqueAct|\bMotTorque"), ("force", r"Act(ual)?Curr|CurrAct|CurrentAct|ActCurrent"),
 )  # fmt: skip
-"""Channels by the address of a signal, the better address first."""
 UNITS = {"posn": ("mm", "deg"), "velo": ("mm/min", "rpm"), "veloRot": ("rpm", "rpm"), "current": ("A", "A"),
          "torque": ("N*m", "N*m"), "accel": ("m/s^2", "rev/s^2")}  # fmt: skip
 """Units of linear and rotary axes by ``unitsType``."""

@@ -19,8 +19,7 @@ from fric.series import LARGEST
 from fric.units import factor
 
 FORMAT = Format("TDMS", (".tdms",), "nptdms", "tdms")
-UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")
-"""Properties with a channel's unit, in the order in which they are read."""
+UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")  # Properties with a channel's unit, tried in this order
 
 
 def recognises(path: Path, head: bytes) -> float:

@@ -17,8 +17,7 @@ _MARK = re.compile(
     rb"(?:\xef\xbb\xbf)?Name[\t;,].*?[\r\n]+File[\t;,].*?[\r\n]+Start ?(?:time)? of (?:export|record)[\t;,]",
     re.DOTALL | re.I,
 )
-_FILETIME = 1e16
-"""A stamp above this counts ticks of 100 ns since 1601: 1e16 of them are 31 years, as milliseconds 300,000."""
+_FILETIME = 1e16  # A stamp above this counts ticks of 100 ns since 1601: 1e16 are 31 years, as milliseconds 300,000
 
 
 def recognises(path: Path, head: bytes) -> float:

@@ -23,10 +23,8 @@ FORMAT = Format("Excel", (".xlsx", ".xlsm"), "openpyxl", "xlsx")
 LOOK = 64  # Rows at the beginning that are read to find the header
 ROWS = 16_384  # Rows a block: cells are objects until they are numbers
 MOST_UNPACKED = 4 << 30  # Bytes of a workbook, unpacked, at most
-MOST_HELD, MOST_TEXTS = 8 << 20, 32 << 20
-"""Largest size [byte] of a file in it but a sheet, held in memory by the library, and of the file with its texts."""
-SMALL, MOST_ROW = 64 << 20, 8 << 20
-"""Bytes of a sheet that are read anyhow, and of a row at most: a row has 16,384 cells."""
+MOST_HELD, MOST_TEXTS = 8 << 20, 32 << 20  # Largest file in it but a sheet, held in memory, and with its texts [byte]
+SMALL, MOST_ROW = 64 << 20, 8 << 20  # Bytes of a sheet that are read anyhow, and of a row (16,384 cells) at most
 MOST_PACKED = 200  # Largest ratio of the bytes of a sheet to its stored bytes
 MOST_ROWS = 1 << 20  # Rows that a sheet has at most
 
@@ -80,10 +78,7 @@ def _most(member: ZipInfo) -> int:
 
 @contextmanager
 def _without_sizes() -> Iterator[None]:
-    """Let the library not ask a sheet for its size meanwhile.
-
-    It may state any size, and each row is filled up to it; where it states none, all of it is read.
-    """
+    """Let the library ask no sheet for its size meanwhile: a sheet may state any, to which each row would be filled."""
     kind = import_module("openpyxl.worksheet._read_only").ReadOnlyWorksheet
     asks, kind._get_size = kind._get_size, lambda sheet: None
     try:

@@ -19,8 +19,7 @@ from fric.kernels.signatures import Step
 from fric.simulate.machine import Axis
 from fric.simulate.reality.flaws import Direction
 
-SPRING_TOLERANCE = 1e-10
-"""Tolerance of the integrated velocity of a motor on a spring [m/s]: the last digits of the spring take many steps."""
+SPRING_TOLERANCE = 1e-10  # Of the velocity of a motor on a spring [m/s]: the last digits of the spring take many steps
 
 
 def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real, PlantConstants]:

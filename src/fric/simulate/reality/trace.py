@@ -97,10 +97,8 @@ def _splined(values: Real, at: Real, part: Callable[[Real], Real] | None) -> Rea
 
 
 def _driven(axis: Axis, voltage: Real) -> Callable[[Real], Real]:
-    """Return the effect of a held voltage (n,) on the position [m], over places in samples: ``B·∬u(t - τ)``.
-
-    Its second derivative steps between the samples, which no spline through them includes (0.4 % of magnitude and 3
-    mrad at an eighth of the sampling rate).
+    """Return the effect of a held voltage (n,) on the position [m], over places in samples, ``B·∬u(t - τ)``: its second
+    derivative has steps, and no spline has them (0.4 % of magnitude, 3 mrad at an eighth of the sampling rate).
     """
     speed = np.concatenate([[0.0], np.cumsum(voltage)[:-1]])
     swept = np.concatenate([[0.0], np.cumsum(speed + 0.5 * voltage)[:-1]])
