@@ -204,7 +204,7 @@ def _by_hand(given: dict[str, Any]) -> str:
 def block(command: Command, given: dict[str, Any]) -> None:
     """Design a block, or list which there are."""
     if given["name"] == "list":
-        if given.keys() & {"plant", "response"} or given["output"]:
+        if given.get("output") or "plant" in given:
             raise UsageError("`list` takes nothing else: name a block to design it")
         from fric.control import blocks
         from fric.documents.listings import BlocksDocument
