@@ -1,6 +1,7 @@
 """What a fuzzer found that knows only the documentation: a sentence each, or what can be believed."""
 
 import dataclasses
+import gzip
 import io
 import json
 import math
@@ -50,12 +51,14 @@ from fric.documents.yaml import read_document
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Scale
+from fric.export.sinumerik import Pulse, as_block
 from fric.figures.style import new_figure, save_figure
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
 from fric.friction.maxwell_slip import MaxwellSlip
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.hunting import MEMORY, _left_over
+from fric.identify.replay.replay_fit import covariance_of
 from fric.identify.static_map.map_fit import aged
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.io import roles
@@ -73,6 +76,7 @@ from fric.records.flaws import _around_reversals
 from fric.records.motion import thinned
 from fric.records.recognition import force_rises
 from fric.report.collect import Contour, ContourTest, contour_test
+from fric.results.base import several
 from fric.simulate import contour_run, processes
 from fric.simulate.axis import setting_of
 from fric.simulate.contour_run import Circle, run_circle
@@ -925,3 +929,73 @@ def test_a_choice_of_quotes_is_wrong_usage(monkeypatch: pytest.MonkeyPatch, word
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == 2
+
+
+def failed(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *arguments: str) -> str:
+    """Return what a command that fails prints on standard error."""
+    monkeypatch.setattr(sys, "argv", ["fric", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 1
+    return capsys.readouterr().err
+
+
+def test_errors_name_the_file_that_is_cut_or_leads_nowhere(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = "time [s],position [mm],force [N]\n" + "".join(f"{n}e-3,{n},{n % 7}\n" for n in range(99))
+    (tmp_path / "cut.csv.gz").write_bytes(gzip.compress(log.encode())[:-20])
+    (tmp_path / "whole.csv").write_text(log)
+    files = [str(tmp_path / name) for name in ("cut.csv.gz", "whole.csv")]
+    assert "cut.csv.gz" in failed(capsys, monkeypatch, "ingest", *files, "-o", str(tmp_path / "o.h5"))
+    (tmp_path / "link.h5").symlink_to("nowhere")
+    assert "Is it link.h5" not in failed(capsys, monkeypatch, "inspect", str(tmp_path / "link.h5"))
+
+
+def test_a_friction_file_with_an_impossible_number_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "negative.yaml"
+    text = "fric: friction/1\naxis: x\nmotion: linear\nstatic:\n"
+    path.write_text(text + "  F_c: {value: -1, unit: N}\n  F_s: {value: 9, unit: N}\n  v_s: {value: 1, unit: mm/s}\n")
+    with pytest.raises(FricError, match=r"negative\.yaml"):
+        fric.identify_gms("data/presliding-sine.h5", static=path)
+    with pytest.raises(FricError, match="delta of 'static' is 1000"):
+        fric.identify_gms("data/presliding-sine.h5", static=StaticMap(60.0, 90.0, 2e-3, delta=1e3, sigma=0.0))
+
+
+def test_a_parameter_without_effect_is_no_singular_matrix() -> None:
+    residual = np.random.default_rng(0).normal(size=400)
+    with pytest.raises(FricError, match="no effect"):
+        covariance_of(np.column_stack([np.ones(400), np.zeros(400)]), residual, [400])
+
+
+def test_a_channel_of_no_numbers_is_said(tmp_path: Path) -> None:
+    t = np.arange(300) * 1e-3
+    with TdmsWriter(tmp_path / "complex.tdms") as file:
+        columns = {"time": (t, "s"), "position": (np.sin(t), "mm"), "force": ((60 + t) + 0j, "N")}
+        file.write_segment([
+            ChannelObject("g", name, values, properties={"unit_string": unit})
+            for name, (values, unit) in columns.items()
+        ])  # fmt: skip
+    found = ingest(tmp_path / "complex.tdms", tmp_path / "o.h5")
+    assert any(notice.code == "channels-without-time" and "force" in notice for notice in found.warnings)
+
+
+def test_a_name_of_thousands_of_letters_is_refused(tmp_path: Path) -> None:
+    """To search it for words took minutes."""
+    (tmp_path / "long.csv").write_text(f"time [s],{'x' * 30_000},force [N]\n" + "0,0,0\n1,1,1\n" * 50)
+    with pytest.raises(FricError, match="30000 letters"):
+        ingest(tmp_path / "long.csv", tmp_path / "o.h5")
+
+
+def test_a_record_prints_no_escape() -> None:
+    log = fric.Log(time=np.arange(9.0), position=np.arange(9.0), name="a\x1b[31mb")
+    assert repr(log).isprintable()
+
+
+def test_an_empty_element_of_a_list_is_passed_over() -> None:
+    assert several("1 mm/s,, 2 mm/s", "velocity", "linear") == [1e-3, 2e-3]
+
+
+def test_a_pulse_behind_a_controller_without_an_integral_has_none() -> None:
+    part, pulse = SimpleNamespace(K_p=2.0, K_i=0.0), Pulse(1e-3, 1e-4, 0.1, 0.2, 0.3, 0.01)
+    assert as_block(cast("Any", part), pulse)["integral"] == 0.0

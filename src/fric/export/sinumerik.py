@@ -159,7 +159,7 @@ def as_block(part: ExportedPart, pulse: Pulse) -> dict[str, float]:
     return {
         "slow": part.K_p * pulse.largest, "middle": part.K_p * pulse.largest, "fast": part.K_p * pulse.smallest,
         "slow_at": pulse.a_1, "middle_at": pulse.a_2, "fast_at": pulse.a_3, "decay": pulse.decay, "straight": 1.0,
-        "integral": part.K_p / part.K_i, "table": 0.0,
+        "integral": part.K_p / part.K_i if part.K_i else 0.0, "table": 0.0,
     }  # fmt: skip
 
 

@@ -4,6 +4,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from pydantic import ValidationError
+
 from fric.control.cascade import Cascade
 from fric.control.scheme import Scheme, choose_schemes
 from fric.documents.bundled import located
@@ -90,7 +92,10 @@ def friction_of(given: Any, axis: str, motion: Motion) -> FrictionDocument | Non
     """Return the friction that is given as a static map, as its file or as a result; None where none is."""
     if isinstance(given, StaticMap):
         head = {"fric": FrictionDocument.type_name(), "axis": axis, "motion": motion}
-        return FrictionDocument.model_validate(head | sections_of(given, motion))
+        try:
+            return FrictionDocument.model_validate(head | sections_of(given, motion))
+        except ValidationError as error:
+            raise FricError(error.errors()[0]["msg"].removeprefix("Value error, ").partition("\n")[0]) from None
     return None if given is None else document_of(FrictionDocument, given, (axis, motion))
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fric.arrays import Real
 
 MOST_COLUMNS = 2000  # Columns of a table at most: to find what they are takes a time that grows with their square
+MOST_LETTERS = 1000  # Letters of a column's name at most: words are searched for in it
 MOST_ROWS = 50_000_000  # Rows of a table at most: a log file is read whole, a gigabyte of three channels
 MOST_HEARD = 4  # Largest number of warnings of a library that are reported for a file
 BLOCK = 131_072  # Samples a block: a few MiB, for any size of the file
@@ -156,6 +157,8 @@ class ForeignTable(ABC):
     ) -> None:
         if len(columns) > MOST_COLUMNS:
             raise FricError(f"has {len(columns)} columns", where=str(path), hint="Save those of one axis alone.")
+        if (longest := max((len(column.name) for column in columns), default=0)) > MOST_LETTERS:
+            raise FricError(f"a column's name has {longest} letters", where=str(path), hint="Give it a shorter name.")
         self.path, self.columns = path, tuple(columns)
         self.constants, self.said = dict(constants or {}), dict(said or {})
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
+from fric.input import foreign
 from fric.io.readers.base import Column, ForeignTable, Format, RowBlock, library
 from fric.io.readers.joined import Joined, SharedClock
 
@@ -92,7 +93,7 @@ class _Topic(ForeignTable):
     """The numbers of the messages of a topic, with their time [s] as column 0."""
 
     def __init__(self, path: Path, bag: Any, connection: Any) -> None:
-        self._bag, self._connection, self.name = bag, connection, connection.topic
+        self.path, self._bag, self._connection, self.name = path, bag, connection, connection.topic
         _, first = next(self._messages(), (0, None))
         if first is None:
             raise FricError(f"{self.name} has no messages", hint="Record the bag again.")
@@ -116,8 +117,9 @@ class _Topic(ForeignTable):
             row += columns.shape[1]
 
     def _messages(self) -> Iterator[tuple[int, Any]]:
-        for _, at, raw in self._bag.messages(connections=[self._connection]):
-            yield at, self._bag.deserialize(raw, self._connection.msgtype)
+        with foreign(self.path, "Record the bag again."):
+            for _, at, raw in self._bag.messages(connections=[self._connection]):
+                yield at, self._bag.deserialize(raw, self._connection.msgtype)
 
     def _time(self, at: int, message: Any) -> float:
         stamp = message.header.stamp if self._stamped else None
