@@ -27,7 +27,7 @@ from fric.io.hdf5 import read_logs
 from fric.io.ingest import ClockCheck, IngestedCircles, Progress, WholeRows, digest_of, ingest
 from fric.io.readers import tables
 from fric.io.readers.base import Column, ForeignTable, plain_name
-from fric.io.words import bare, says_something, spoken
+from fric.io.words import bare, of_axis, says_something, spoken, tags
 from fric.log import Log
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
@@ -91,17 +91,21 @@ def _motion_of(table: ForeignTable, channels: Mapping[str, ColumnMapping], field
 def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
     """Return the channels that the header names, as ``x_ref [mm]`` or ``position x [µm]``; measured ones first."""
     found: dict[str, tuple[bool, bool, int]] = {}  # an effort that is asked for comes last
-    for n, column in enumerate(table.columns):
+    for n, (column, tag) in enumerate(zip(table.columns, tags(table.columns), strict=True)):
         axis, name = _axis_of(column._replace(name=bare(column)))
-        says, measures = spoken(Column(name, column.unit)), partial(converts, column.unit)
+        says = spoken(Column(name, column.unit))
+        if not axis and tag in {*AXES}:  # Xdac_V beside Xfb_mm
+            axis, says = str(tag), of_axis(column, tag)
+        unit = column.unit or says.unit
+        measures = partial(converts, unit)
         if axis and measures("position"):
             shown = {"reference": says.commanded or "nominal" in name, "position": says.measured or not name}
         elif axis:
-            moves = in_units_of("linear", column.unit)
+            moves = in_units_of("linear", unit)
             of = {"force", "current", *([""] if moves in {"linear", "linear/A"} else [])}  # % may be of anything
             pushes = says.means in of
             shown = {"input": measures("input") and says.means in {"", "input"},
-                     "force": pushes and converts(column.unit, "force", moves)}  # fmt: skip
+                     "force": pushes and converts(unit, "force", moves)}  # fmt: skip
         else:
             deviates = says.means == "error"
             shown = {"time": says.quantity == "time", "deviation": deviates and measures("position"),
