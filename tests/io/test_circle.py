@@ -64,7 +64,7 @@ def test_a_circle_of_a_few_micrometres_is_in_another_unit_unless_its_radius_is_s
         "time [s],reference x [mm],actual x [mm],reference y [mm],actual y [mm],voltage x [V]",
         "t [s],xcmd [mm],xpos [mm],ycmd [mm],ypos [mm],x [V]",
         "time [s],x command [mm],x [mm],y command [mm],y [mm],x input [V]",
-        "time_s,Xcmd_mm,Xfb_mm,Ycmd_mm,Yfb_mm,Xdac_V",
+        "time_s,Xcmd_mm,Xfb_mm,Ycmd_mm,Yfb_mm,Xvolt_V",
     ],
 )
 def test_headers_are_understood(tmp_path, header):
