@@ -397,11 +397,14 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     yield from (_of_ids(table, rows) or [table]) if labels is None else [_beside_each_other(table, *labels)]
 
 
+MOST_HELD = 1 << 28  # Size of a file that is held in memory for its records [byte]
+
+
 def _of_ids(table: "TextTable", rows: Sequence[Sequence[str]]) -> Sequence[ForeignTable]:
     """Return a table for each word of the only column of words, at each of which a clock or a count begins again."""
     cells, decimal = [*zip(*rows, strict=False)], table.shape.decimal
     words = [n for n, of in enumerate(cells) if not any(not c or is_number(c, decimal) or _STAMP.match(c) for c in of)]
-    if len(words) != 1 or 3 * len({*cells[words[0]]}) > len(rows):
+    if len(words) != 1 or 3 * len({*cells[words[0]]}) > len(rows) or table.path.stat().st_size > MOST_HELD:
         return []
     with table.path.open("rb") as file:
         file.seek(max(table.path.stat().st_size - LOOK, 0))
