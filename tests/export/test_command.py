@@ -135,7 +135,7 @@ def test_a_measured_circle_that_is_not_as_predicted_forbids_the_export(tmp_path:
         found = fric.export_axis("csv", MACHINE, axis="x", scheme="c", circles=[tmp_path / "circle.h5"])
         assert {one.code for one in found.against} == (set() if agrees else {"not-as-predicted"})
         assert "no-measured-circle" not in [one.code for one in found.distrust]
-    with pytest.raises(FricError, match=r"not to be trusted: .*circle.h5: .* shows .*the level"):
+    with pytest.raises(FricError, match=r"not to be trusted: .*circle.h5: .* shows .*the whole level"):
         found.save(tmp_path / "out")
 
 
