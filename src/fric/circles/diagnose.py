@@ -96,7 +96,8 @@ def _powers(axis: int, frequencies: Real, angle: Real, rest: Real, radius: float
     return np.concatenate(found)
 
 
-BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)  # Left out [rad]: before, after, at most
+BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)
+"""Angles around a reversal that the geometry leaves out: before it, after it at first, after it at most [rad]."""
 RISES = 3e-3  # Speed of an axis [m/s] below which its friction rises before a reversal: the loop errs as by backlash
 FADES = np.radians(np.geomspace(0.7, 14.0, 13))  # Angles in which the tail of a glitch may fade to a third [rad]
 STEPS = 6  # Largest number of steps to fit the shape of the tails

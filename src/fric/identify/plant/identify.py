@@ -125,7 +125,7 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
 
 UNDETERMINED = 0.5  # Assumed share of the table in the moving mass, if it is not determined
 BLOCKS, FEWEST_LINES = 10, 5  # Number of blocks of neighbouring lines for the jackknife, and the least number
-SCATTER_BY_CHANCE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)  # Ratio of variances exceeded by chance in 1 of 10
+SCATTER_BY_CHANCE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)  # Ratio of variances that chance exceeds in 1 of 10
 OTHER_RATIOS = (0.2, 0.8)  # Other possible shares of the table, if it is not determined
 MISFIT = 0.99  # Quantile of chi-squared above which the residuals exceed noise
 
@@ -376,7 +376,7 @@ class PlantFit:
     friction: FrictionInfluence  # What friction does to A
     hold: float | None  # Sampling rate of the hold [Hz]; None for a continuous response
     transport: Estimate  # T_d without half a sample of hold [s]
-    second_mass: dict[str, Estimate] | None = None  # Of a table on a spring, see `fric.drive.resonance`; if seen
+    second_mass: dict[str, Estimate] | None = None  # Of a table on a spring (`fric.drive.resonance`); None if unseen
     warnings: tuple[Notice, ...] = ()  # Warnings: what the data do not determine
 
     @property
@@ -398,7 +398,7 @@ class ForceScale:
     """K_f, and the lag of the logged force."""
 
     K_f: Estimate | None  # Force constant [N/V]; None where it is not known
-    lag: Estimate | None = None  # Lag of force behind input at low frequency, with filter [s]; None if one is unlogged
+    lag: Estimate | None = None  # Lag of the force behind the input, filter included [s]; None if either was not logged
     filter: Estimate | None = None  # Corner of the first-order filter in the lag [Hz]; None where none is seen
     sampling: float = 0.0  # Sampling rate of the records [Hz]
     warnings: tuple[Notice, ...] = ()  # Their warnings

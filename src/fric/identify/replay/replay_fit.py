@@ -53,7 +53,8 @@ from fric.units import Motion, readable, si_unit
 
 SPANS_ALIKE = 1.5  # Ratio of the spans of two records up to which they count as the same motion
 LAGS = 10  # Lags at which residuals are tested against white noise
-Beyond = Callable[[Search, Real, Real], Real]  # Unseen covariance (s, s) of a search, its end (p,), directions (p, s)
+Beyond = Callable[[Search, Real, Real], Real]
+"""Increase of a covariance (s, s) that residuals do not show: of a search, its end (p,), and directions seen (p, s)."""
 
 
 def white(residual: Real, lengths: Sequence[int]) -> bool:

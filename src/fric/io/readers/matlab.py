@@ -104,7 +104,7 @@ def _unpacked(path: Path) -> int:
 
 @lru_cache(maxsize=2)
 def _load(path: Path, changed: int, size: int) -> dict[str, Any]:
-    """Return what SciPy reads in a process of its own: some damage crashes it, depending on what memory held before."""
+    """Return what SciPy reads, in another process: a damaged file can crash its reader, and not each time."""
     done = run_python(_READ, str(path))
     try:
         found: dict[str, Any] | str = _Values(io.BytesIO(done.stdout)).load()
