@@ -30,7 +30,7 @@ FRICTION_OVER_POSITION = Flaw("friction-over-position", _severity,
 FORCE_ALONG_AXIS = Flaw("force-along-axis", "note",
     "The force rises by {rises} over {length} (spring, cable, tilt): removed; the offset is at {middle}.")
 FALL_NOT_SEEN = Flaw("fall-not-seen", "doubt",
-    "No fall of friction from {slowest} up (held out: {plain} without, {falling} with): F_s = F_c.",
+    "No fall with speed from {slowest} up (held out: {plain} without, {falling} with): F_s = F_c is assumed.",
     "Log slower strokes, or force the fall with `form='stribeck'`.", widens={"v_s": 0.5})
 FALL_OPEN = Flaw("fall-open", "doubt",
     "The strokes do not determine F_s and v_s: the slowest, {slowest}, is too fast, or they scatter.",
