@@ -378,9 +378,11 @@ def kinds_of(hint: Any) -> list[Kind]:
 
 
 def dimensions_of(hint: Any) -> list[str]:
-    """Return the texts in the metadata of an annotation, such as the dimension of a quantity."""
-    inner = get_args(hint) if get_origin(hint) is Annotated else ()
-    return [*(text for text in inner[1:] if isinstance(text, str)), *(dimensions_of(inner[0]) if inner else ())]
+    """Return the texts in the metadata of an annotation, such as the dimension of a quantity; of an optional type, too."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return [*(text for text in inner[1:] if isinstance(text, str)), *dimensions_of(inner[0])]
+    return [text for item in inner for text in dimensions_of(item)] if origin in UNIONS and NoneType in inner else []
 
 
 def _choices(hint: Any) -> list[str]:

@@ -300,6 +300,16 @@ def test_a_model_is_replaced_by_one_with_another_value(static, gms):
         static.replace(F_q=1.0)
 
 
+@pytest.mark.parametrize("given", ["", "5 mm/s, x", ["x"]])
+def test_an_error_in_a_list_of_quantities_names_its_argument(given):
+    for argument in ("speeds", "peaks"):
+        with pytest.raises(FricError, match="not a quantity") as error:
+            fric.experiment("virtual-rig", "constant-velocity", **{argument: given})
+        assert error.value.where == f"`{argument}=`" or isinstance(given, list)
+    with pytest.raises(FricError, match="not a quantity"):
+        fric.circle_map("xy-table", feeds=given)
+
+
 def test_a_model_predicts_the_force_over_a_motion(static, gms):
     """A GMS result had the force of its map at a velocity nowhere, nor the cycle that it was identified from."""
     speeds = [-0.02, 1e-3, 0.02]

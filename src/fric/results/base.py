@@ -466,11 +466,12 @@ def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
     return value
 
 
+@names
 def several(given: float | str | Sequence[str | float] | None, dimension: str, motion: Motion) -> list[float] | None:
     """Return quantities given as a list, or as a text with commas; None if not given."""
     if given is None:
         return None
     if isinstance(given, str):
-        given = [text for text in given.split(",") if text.strip()] or [given]
-    ones = [given] if isinstance(given, float | int) else given
-    return [in_si(value, dimension, motion) for value in ones]
+        parts = [text for text in given.split(",") if text.strip()]
+        return [in_si(text.strip(), dimension, motion) for text in parts] or [in_si(given, dimension, motion)]
+    return [in_si(value, dimension, motion) for value in ([given] if isinstance(given, float | int) else given)]

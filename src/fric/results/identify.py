@@ -499,7 +499,7 @@ def identify_gms(
     *logs: LogLike,
     static: FrictionLike | None = None,
     blocks: Annotated[int | str, Kind(metavar="N|auto|auto:N")] = "auto",
-    knots: Annotated[Sequence[float] | str, Kind(str, "LIST|auto")] = "auto",
+    knots: Annotated[Sequence[float] | str, Kind(str, "LIST|auto"), "position"] = "auto",
     cycles: Annotated[tuple[int, int] | str | None, Kind(str, "FIRST:LAST")] = None,
     refine: bool = True,
     plant: PlantLike | None = None,

@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # each brings what a command's help does without
 
 Quantity = float | str
 """A number in SI, or a text with its unit; the annotation has its dimension: ``Annotated[Quantity, "force"]``."""
-Quantities: TypeAlias = Annotated[Sequence[float | str] | float | str, Kind(str)]
+Quantities: TypeAlias = Annotated[Sequence[float | str] | float | str, Kind(str), "quantities"]
 """Several quantities, also as a text with commas."""
 Count: TypeAlias = Annotated[int, Kind(least=1, most=1_000_000)]  # A number of things
 Blocks: TypeAlias = Annotated[int, Kind(least=1, most=12)]  # Slip blocks: a fit's time grows with their square

@@ -12,7 +12,7 @@ from fric.circles.prediction import Prediction
 from fric.contour import QUADRANTS
 from fric.documents.contours import CircleMapDocument, CircleResultDocument, PathResultDocument
 from fric.documents.machine_files import IdentifiedMachine, read_spreads
-from fric.errors import FricError
+from fric.errors import FricError, names
 from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
 from fric.results.base import Advance, DataFrame, Figure, Piece, Result, Table, bounded, in_si, path_of, silent
@@ -275,6 +275,7 @@ class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
         return pd.DataFrame([cell.glitches for cell in self.found.cells], index=index, columns=names)
 
 
+@names
 def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, ...]:
     """Return quantities given as numbers in SI, as a list such as "5, 10, 50 mm/s", or as a range "5 … 200 mm/s".
 
