@@ -50,7 +50,7 @@ def test_quantities_are_parsed(text, dimension, motion, value):
 @pytest.mark.parametrize(
     ("text", "dimension", "motion", "told"),
     [
-        ("3 mm", "force", "linear", "measures a position"),
+        ("3 mm", "force", "linear", "measures a length"),
         ("3 N*m", "force", "linear", "is it rotary"),
         ("3 N", "force", "rotary", "is it linear. Then say `motion: linear`"),
         ("3 V", "force", "linear", "measures an input"),

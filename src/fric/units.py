@@ -224,7 +224,7 @@ def _measured(unit: str) -> str:
     for dimension, units in SI_UNITS.items():
         for si in units:
             if si not in {"1", "rad"} and _registry().Unit(si).dimensionality == dimensionality:
-                name = "torque" if si == "N*m" else dimension
+                name = {"position": "length"}.get(dimension, "torque" if si == "N*m" else dimension)
                 return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
     return "nothing that has a dimension" if not dimensionality else str(dimensionality)
 

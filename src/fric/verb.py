@@ -30,7 +30,7 @@ class Kind:
 
     read: Any = None  # What a command reads it as, where the type leaves that open
     metavar: str | None = None  # Name of the value in a help text, in capitals
-    complete: str = ""  # What the shell completes it from: the name of a function of `fric.cli.completion`
+    complete: str = ""  # What the shell completes it from: a name in `fric.cli.completion`, or ``module:name``
     least: float | None = None  # Both bounds of a number, which belong to the range
     most: float | None = None
 
@@ -116,7 +116,7 @@ SHARED: Mapping[str, str] = {  # What arguments of these names are, where the do
         "instead of the machine's. A number is in seconds."
     ),
     "logs": "Log files of one axis. Records are taken, too.",
-    "machine": "The machine, as in configs/. Itself, its file, or the name of a bundled one.",
+    "machine": "A machine file, or a bundled machine such as xy-table. A `Machine` is taken, too.",
     "nominal_files": (
         "Nominal friction of an axis, or its plant, controller, observer or block; repeatable. Files that its "
         "controllers use instead of the machine's, each as ``AXIS=FILE.yaml``. The true axis does not change."
@@ -378,7 +378,7 @@ def kinds_of(hint: Any) -> list[Kind]:
 
 
 def dimensions_of(hint: Any) -> list[str]:
-    """Return the texts in the metadata of an annotation, such as the dimension of a quantity; of an optional type, too."""
+    """Return the texts in the metadata of an annotation, such as the dimension of a quantity; also if optional."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return [*(text for text in inner[1:] if isinstance(text, str)), *dimensions_of(inner[0])]

@@ -59,6 +59,11 @@ def completed(warm, *words):
         (["help", "fo"], ["formats"]),
         (["example", "xy"], ["xy-table-identified", "xy-table"]),
         (["simulate", "experiment", "no-such-machine", "--axis", ""], []),
+        (["simulate", "experiment", "xy-table", "--kind", "m"], ["micro-steps"]),
+        (["simulate", "circle", "xy"], ["xy-table-identified", "xy-table"]),
+        (["export", "li"], ["linuxcnc"]),
+        (["design", "block", "kal"], ["kalman"]),
+        (["identify", "replay", "sine.h5", "--model", "d"], ["dahl"]),
     ],
 )  # fmt: skip
 def test_completion(words, found, warm):

@@ -151,7 +151,7 @@ def parameter_of(given: Argument, flags: str = "", *, place: bool = False) -> Pa
     settings: dict[str, Any] = {"min": _first(kinds, "least"), "max": _first(kinds, "most")}
     metavar = _first(kinds, "metavar") or next(filter(None, map(METAVARS.get, dimensions_of(given.hint))), None)
     if complete := _first(kinds, "complete"):
-        settings["autocompletion"] = getattr(completion, complete)
+        settings["autocompletion"] = completion.of(complete)
     if place:
         if metavar:
             settings["metavar"] = f"{metavar}…" if given.several else metavar

@@ -31,7 +31,7 @@ FRICTION = Output("FRICTION.yaml", "Friction file to write.")
 
 def _replayed(text: str, **beside: object) -> Command:
     settings = {"output": FRICTION, "plot": True, "helps": {"model": f"One of {', '.join(MODELS)}."}} | beside
-    text = f"Fit by replay: {text[0].lower()}{text[1:]}"
+    text = f"{text.removesuffix('.')}. Fitted by replay."
     return Command("fric.results.identify:identify_model", text=text, options=["model"], **settings)  # type: ignore[arg-type]
 
 

@@ -4,6 +4,7 @@ Each is asked by the shell in a process of its own; what does not read completes
 """
 
 import re
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from importlib import import_module
@@ -55,12 +56,28 @@ def _records(words: Words) -> Iterable[str]:
 
 
 def _listed(home: str) -> Callable[[Words], Iterable[str]]:
-    """Return what lists the names that a function of fric gives, as ``module:function``."""
-    module, _, function = home.partition(":")
-    return lambda words: getattr(import_module(module), function)()
+    """Return what lists the names that fric has, or a function of it returns, as ``module:name``."""
+    module, _, name = home.partition(":")
+
+    def listed(_: Words) -> Iterable[str]:
+        names = getattr(import_module(module), name)
+        return names() if callable(names) else names
+
+    return listed
 
 
-schemes, axes, records = _completes(_schemes), _completes(_axes), _completes(_records)
+def _machines(_: Words) -> Iterable[str]:
+    from fric.documents.bundled import bundled
+
+    return [*bundled("machine"), *(path.name for pattern in ("*.yaml", "*.yml") for path in Path().glob(pattern))]
+
+
+def of(home: str) -> Callable[[typer.Context, str], list[str]]:
+    """Return a completion by its name here, or by the place of the names in fric, as ``module:name``."""
+    return _completes(_listed(home)) if ":" in home else getattr(sys.modules[__name__], home)
+
+
+schemes, axes, records, machines = map(_completes, (_schemes, _axes, _records, _machines))
 types, examples, topics = (
-    _completes(_listed(f"fric.documents{home}")) for home in (":document_types", ".bundled:examples", ".bundled:topics")
+    of(f"fric.documents{home}") for home in (":document_types", ".bundled:examples", ".bundled:topics")
 )

@@ -85,21 +85,29 @@ def ingest(command: Command, given: dict[str, Any]) -> None:
         raise UsageError("say which log file to write: -o LOG.h5")
     keep_freed_memory()
     circles = fric.holds_circles(given.get("mapping"), given.get("kind"))
-    command = _by(command, given, "fric.results.ingest:ingest_circles", circles, but={"kind", "assume"})
+    command = _by(command, given, "fric.results.ingest:ingest_circles", circles, OF_INGEST, {"kind"})
     if not circles:
         given = given | {"ask": _asks(given)}
     command.end(command.call(given), given)
 
 
+OF_INGEST = "logs that are no circles", "circles (`kind='circle'`)"
+OF_PLAN = "a plan of all records", "the next record after a last result (`last=`)"
+
+
 def _by(
-    command: Command, given: dict[str, Any], second: str, so: bool, *, but: Container[str] = (), **changed: Any
+    command: Command, given: dict[str, Any], second: str, so: bool, of: tuple[str, str], but: Container[str] = (),
+    **changed: Any,
 ) -> Command:
-    """Return the command, if so by its second verb; refuse an option of the other verb, which would say nothing."""
+    """Return the command, if so by its second verb; refuse an option of the other verb, which would say nothing.
+
+    of: What the options of the two verbs go with, in words.
+    """
     other = replace(command, verb=second, **changed)
     command, other = (other, command) if so else (command, other)
     for name in other.form.names:
         if not (name in command.form.names or name in but) and given.get(name) not in (None, other.form[name].default):
-            raise FricError(f"`{name}=` goes with other arguments than these", hint="Leave it out.")
+            raise FricError(f"`{name}=` is for {of[not so]} alone", hint="Leave it out.")
     return command
 
 
@@ -139,7 +147,8 @@ def _propose(given: dict[str, Any]) -> None:
 
 def plan(command: Command, given: dict[str, Any]) -> None:
     """Plan all records, or after a last result the most useful further record."""
-    command = _by(command, given, "fric.results.plan:plan_next", last := "last" in given, doing="candidates")
+    last = "last" in given
+    command = _by(command, given, "fric.results.plan:plan_next", last, OF_PLAN, doing="candidates")
     if not last and (lacks := [f"--{name}" for name in ("stroke", "feed") if name not in given]):
         for name in given.keys() & {"stroke", "feed"}:  # a value without a unit is refused first
             parse(given[name], "position" if name == "stroke" else "velocity")

@@ -450,7 +450,7 @@ class IngestSession:
         drop = self._about.bad_cells == "drop"
         clock = ClockCheck(table.place, uneven=drop or kind == "holding-map")
         rows_of, last = WholeRows(table, chosen, drop), dict[str, float]()
-        self._dropped, kept = 0, 0
+        self._dropped, self._span, kept = 0, (inf, -inf), 0
         for block in table.read(chosen.wanted):
             good, rows = rows_of.good(block)
             kept += len(rows)
@@ -498,7 +498,8 @@ class IngestSession:
             samples += len(next(iter(channels.values())))
             record.extend(channels)
         if samples < 2:
-            inside = "" if self._about.window == EVERYTHING else " between `begin=` and `end=`"
+            (low, high), whole_time = self._span, self._about.window == EVERYTHING
+            inside = "" if whole_time else f" between `begin=` and `end=`, of {low:g} to {high:g} s"
             raise FricError(f"has {samples} samples{inside}", where=str(table.path), hint="A log needs two at least.")
         self._stated |= chosen.stated
         dropped, sha256 = self._dropped, sha256_of()
@@ -517,6 +518,7 @@ class IngestSession:
         if self._about.window == EVERYTHING:
             return channels
         kept = (channels["time"] >= self._about.window[0]) & (channels["time"] <= self._about.window[1])
+        self._span = min(self._span[0], *channels["time"][:1]), max(self._span[1], *channels["time"][-1:])
         return {name: values[kept] for name, values in channels.items()}
 
 

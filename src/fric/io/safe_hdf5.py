@@ -153,7 +153,11 @@ def open_file(
     except PermissionError:
         raise FricError("may not be read", where=str(path), hint="Ask its owner for leave to read it.") from None
     except Exception:  # any exception of h5py on a damaged file
-        if what.startswith("is an incomplete HDF5") and path.suffix.lower() not in {".h5", ".hdf5"}:
+        if not path.stat().st_size:
+            raise FricError("is empty", where=str(path), hint=hint) from None
+        with path.open("rb") as file:
+            what = what if file.read(4) == b"\x89HDF" else what.replace("an incomplete", "no")
+        if what.endswith("HDF5 file") and path.suffix.lower() not in {".h5", ".hdf5"}:
             with path.open("rb") as head:
                 kind = re.search(rb"(?m)^fric: (\w+)/", head.read(4096))
             if kind and kind[1].decode() in TAKEN:

@@ -462,7 +462,9 @@ def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
         value = positive(given, dimension, motion)
     except FricError as error:
         raise error if error.where else error.at(BOUNDS[name].what) from None
-    settled([Finding(name, value, motion)], f"Is '{likely(f'{value:g}', dimension, motion)}' meant? Write the unit")
+    stated = isinstance(given, str) and not given.strip()[-1].isdigit()
+    mend = "Look at the unit" if stated else f"Is '{likely(f'{value:g}', dimension, motion)}' meant? Write the unit"
+    settled([Finding(name, value, motion)], mend)
     return value
 
 

@@ -447,7 +447,7 @@ class BlockResult(Design, schema=BlockDocument, of="content"):
 
 @verb
 def design_block(
-    name: Annotated[str, Kind(metavar="NAME")],
+    name: Annotated[str, Kind(metavar="NAME", complete="fric.control:blocks")],
     plant: PlantLike,
     log: LogLike | None = None,
     *,

@@ -21,7 +21,7 @@ from fric.verb import Kind, verb
 @verb
 def experiment(
     machine: MachineLike,
-    kind: Annotated[str | None, Kind(metavar="KIND")] = None,
+    kind: Annotated[str | None, Kind(metavar="KIND", complete="fric.simulate.experiment:EXPERIMENTS")] = None,
     axis: AxisName = "x",
     *,
     plan: PlanLike | None = None,

@@ -165,7 +165,7 @@ class ExportResult(Result):
 
 @verb
 def export_axis(
-    target: Annotated[str, Kind(metavar="TARGET")],
+    target: Annotated[str, Kind(metavar="TARGET", complete="fric.export:targets")],
     machine: MachineLike,
     *,
     axis: AxisName,

@@ -587,7 +587,7 @@ class ModelResult(IdentifiedModel, tree=replay_tree):
 
 @verb
 def identify_model(
-    model: Annotated[str, Kind(metavar="NAME")],
+    model: Annotated[str, Kind(metavar="NAME", complete="fric.identify.replay.replay_fit:fitted_models")],
     *logs: LogLike,
     static: FrictionLike | None = None,
     plant: PlantLike | None = None,

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -26,6 +27,8 @@ from fric.results.base import Advance, DataFrame, Figure, Piece, Result, in_si, 
 from fric.results.kinds import MappingLike, Quantity, RecordKind, SchemeName
 from fric.units import Motion, readable, words_of
 from fric.verb import Kind, verb
+
+LIKELIEST = "`assume=True` takes the likeliest of what is open."
 
 
 class CirclesResult(Result, schema=IngestCirclesDocument, of="done"):
@@ -58,6 +61,7 @@ def ingest_circles(
     clockwise: bool | None = None,
     append: bool = False,
     bad_cells: Literal["error", "drop"] = "error",
+    assume: bool = False,
     force: bool = False,
     advance: Advance = silent,
 ) -> CirclesResult:
@@ -73,7 +77,7 @@ def ingest_circles(
     instrument: Circle: instrument that measured the position.
     scheme: Circle: compensation that was on, as f. A prediction uses it.
     clockwise: Circle: direction; by default found from the data.
-    append, bad_cells, force, advance: As in `fric.ingest`.
+    append, bad_cells, assume, force, advance: As in `fric.ingest`.
     Raises FricError: When a file cannot be read, or contains no whole circle.
     """
     paths, direction = list(map(Path, files)), -1 if clockwise else 1
@@ -84,8 +88,20 @@ def ingest_circles(
     size, speed = quantity(radius, "position"), quantity(feed, "velocity")
     stated = StatedCircle(size, speed, way, quantity(sampling, "frequency"), instrument or "", scheme or "")
     advance(0, total=sizes(paths))
-    given: dict[str, Any] = {"append": append, "bad_cells": bad_cells, "force": force, "progress": advance}
-    return CirclesResult(read_circles(paths, Path(output), mapping=mapping_of(mapping), stated=stated, **given))
+    given: dict[str, Any] = {"append": append, "force": force, "progress": advance, "stated": stated}
+    try:
+        done = read_circles(paths, Path(output), mapping=mapping_of(mapping), bad_cells=bad_cells, **given)
+    except FricError as error:
+        with ExitStack() as opened:
+            found = guessed(paths, opened, assume=True) if mapping is None else None
+            if found is None or not found.usable:
+                raise
+            if not assume:
+                raise FricError(error.what, where=error.where, hint=f"{error.hint} {LIKELIEST}") from None
+            likeliest, notices = read_text(found.text(), MappingDocument), found.notices()
+        done = read_circles(paths, Path(output), mapping=likeliest, bad_cells="drop", **given)
+        done = replace(done, warnings=(*notices, *done.warnings))
+    return CirclesResult(done)
 
 
 class IngestResult(Result, schema=IngestDocument, of="done"):

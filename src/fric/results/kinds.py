@@ -47,9 +47,9 @@ ControllerLike: TypeAlias = Annotated[
 """A cascade: given directly, as its file, or as the result that designed it."""
 FrictionLike: TypeAlias = Annotated["StaticMap | FrictionDocument | Result | Path | str", Kind(Path, "FRICTION.yaml")]
 """Identified friction: a static map, a friction file, or the result that found it."""
-MachineFile: TypeAlias = Annotated[Path | str, Kind(metavar="MACHINE.yaml")]
+MachineFile: TypeAlias = Annotated[Path | str, Kind(metavar="MACHINE.yaml", complete="machines")]
 """A machine file, or the name of a bundled machine."""
-MachineLike: TypeAlias = Annotated["Machine | IdentifiedMachine | Path | str", Kind(Path, "MACHINE.yaml")]
+MachineLike: TypeAlias = Annotated["Machine | IdentifiedMachine | Path | str", Kind(Path, "MACHINE.yaml", "machines")]
 """A machine: given directly, as identified, as its file, or by the name of a bundled machine."""
 MappingLike: TypeAlias = Annotated["MappingDocument | Path | str", Kind(Path, "MAP.yaml")]
 """A mapping of the columns of foreign logs, or its file."""

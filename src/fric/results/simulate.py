@@ -179,7 +179,7 @@ def circle(
 ) -> CircleResult:
     """Run a circular test under compensation schemes: the quadrant glitches that each leaves.
 
-    machine: The machine, as in configs/. Itself, its file, the name of a bundled machine; or the result of
+    machine: A machine file, or a bundled machine such as xy-table. A `Machine` is taken, too; or the result of
         `read_identified`, to draw many machines from the 95 % intervals of the identified parameters.
     velocity: Feed along the circle.
     radius: Radius of the circle.
@@ -188,7 +188,7 @@ def circle(
     axis: Simulate one axis alone; the other follows its reference.
     machines: Run N machines that are drawn around this machine, in addition to it; 1000 take a minute of a core per
         scheme.
-    spread: How widely each parameter is drawn; by default configs/spread.yaml. Spreads by name, or their file.
+    spread: How widely each parameter is drawn; by default as the bundled spread says. Spreads by name, or their file.
     measured: A measured circle, which every drawn machine is fitted to; repeatable. The machines are drawn from what
         was identified; the circle holds reference, position and voltage of each axis.
     seed: Seed of the machines that are drawn.

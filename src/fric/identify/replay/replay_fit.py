@@ -857,11 +857,15 @@ def record_notices(records: Sequence[Prepared], model: FrictionModel) -> list[No
     return [*too_coarse(records), *record_flaws([record.log for record in records], "gms"), *changes]
 
 
+def fitted_models() -> dict[str, type[FrictionModel]]:
+    """Return the friction models that can be fitted, by their names."""
+    return {key: model for key, model in sorted(models().items()) if model.identified}
+
+
 def fitted_model(name: str) -> type[FrictionModel]:
     """Return the friction model of a name; raise a `FricError` if there is none that can be fitted."""
-    known = {key: model for key, model in sorted(models().items()) if model.identified}
-    require_known(name, known, "there is no friction model", "To fit there are")
-    return known[name]
+    require_known(name, fitted_models(), "there is no friction model", "To fit there are")
+    return fitted_models()[name]
 
 
 def _held(
