@@ -382,8 +382,12 @@ def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> t
         alone.command(command, cls=HelpfulCommand)(home.function() if isinstance(home, Command) else found(home))
         return typer.main.get_command(alone)
 
+    inner = homes
+
     class Group(TyperGroup):
         """A group whose commands are made when they are asked for: to make all takes as long as to import Typer."""
+
+        homes = inner
 
         def list_commands(self, ctx: Any) -> list[str]:
             return [key for rows in listed(homes, name, str).values() for key, _ in rows]
@@ -393,8 +397,10 @@ def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> t
 
         def resolve_command(self, ctx: Any, args: list[str]) -> Any:
             if args[0] not in homes and not args[0].startswith("-"):
-                there = ", ".join(self.list_commands(ctx))
-                ctx.fail(f"there is no command '{args[0]}'. {near(args[0], homes)}Commands: {there}.")
+                groups = [key for key, home in homes.items() if isinstance(home, typer.Typer)]
+                inside = [f"{key} {args[0]}" for key in groups if args[0] in homes[key].info.cls.homes]  # type: ignore
+                there = f"Is it `fric {inside[0]}`?" if inside else f"Commands: {', '.join(self.list_commands(ctx))}."
+                ctx.fail(f"there is no command '{args[0]}'. {near(args[0], homes)}{there}")
             return super().resolve_command(ctx, args)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:

@@ -151,7 +151,7 @@ def plan(command: Command, given: dict[str, Any]) -> None:
     command = _by(command, given, "fric.results.plan:plan_next", last, OF_PLAN, doing="candidates")
     if not last and (lacks := [f"--{name}" for name in ("stroke", "feed") if name not in given]):
         for name in given.keys() & {"stroke", "feed"}:  # a value without a unit is refused first
-            parse(given[name], "position" if name == "stroke" else "velocity")
+            bounded(*(("travel-limit", given[name]) if name == "stroke" else ("speed", given[name])))
         raise UsageError(f'say what the axis may do, as --stroke "300 mm" --feed "100 mm/s": {lacks[0]} is missing')
     command.end(command.call(given), given)
 
@@ -173,6 +173,8 @@ def learn(command: Command, given: dict[str, Any]) -> None:
     """Learn on a machine in simulation, or from a recorded circle."""
     simulated, machine = "rounds" in given, "machine" in given
     if simulated == machine and (simulated or given["given"].suffix != ".h5"):
+        if simulated and machine:
+            raise UsageError("--rounds is for a machine that is simulated, and a circle was given: leave it out")
         raise UsageError("give a machine with --rounds, or a circle with --machine")
     command.end(command.call(given), given)
 
@@ -212,10 +214,11 @@ def _by_hand(given: dict[str, Any]) -> str:
 
 def block(command: Command, given: dict[str, Any]) -> None:
     """Design a block, or list which there are."""
+    from fric.control import block_type, blocks
+
     if given["name"] == "list":
         if given.get("output") or "plant" in given:
             raise UsageError("`list` takes nothing else: name a block to design it")
-        from fric.control import blocks
         from fric.documents.listings import BlocksDocument
 
         if given["json"]:
@@ -226,6 +229,7 @@ def block(command: Command, given: dict[str, Any]) -> None:
             OUT.print(f"{kind.name}  {kind.kind}, {linear}; asks for: {kind.asks}")
         return
     if "plant" not in given:
+        block_type(given["name"])  # an error if there is none
         raise UsageError("PLANT.yaml is missing")
     command.end(command.call(given), given)
 

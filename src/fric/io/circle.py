@@ -131,7 +131,7 @@ def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
 
     traces: Read what each axis recorded too, which is nearly all of the file.
     """
-    with open_file(path, hint=AGAIN) as file:
+    with open_file(path, hint=AGAIN, wanted="run") as file:
         check_type(file, path, RUN, "Give a file of `fric simulate circle`.")
         with foreign(path, AGAIN, lacking=True):
             return [_read_run(group, traces) for name, group in members(file) if name != MONTE_CARLO]
@@ -308,7 +308,7 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
 
     scheme: Name of the scheme of a run file; all where not given. Of a circle file it says nothing.
     """
-    with open_file(path) as file:
+    with open_file(path, wanted="circle") as file:
         if (found := text(file.attrs, "fric", "nothing of fric's")) == FORMAT:
             with foreign(path, "Make it again with `fric ingest --kind circle`.", lacking=True):
                 groups = [file, *(file[f"tests/{name}"] for name in sorted(file.get("tests", ()), key=int))]
@@ -356,5 +356,5 @@ def choose_circles(paths: Iterable[Path], scheme: str | None = None) -> list[Mea
 
 
 def _is_run(path: Path) -> bool:
-    with open_file(path) as file:
+    with open_file(path, wanted="circle") as file:
         return text(file.attrs, "fric") == RUN

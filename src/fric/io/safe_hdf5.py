@@ -140,11 +140,12 @@ _PLAIN = (h5py.h5t.STRING, h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 @contextmanager
 def open_file(
     path: Path, what: str = "is an incomplete HDF5 file", hint: str = "Make it again with `fric ingest`.", *,
-    most: int = MOST_READ,
+    most: int = MOST_READ, wanted: str = "log",
 ) -> Iterator[h5py.File]:  # fmt: skip
     """Open an HDF5 file for reading, with errors a user can act on; what h5py raises in it is damage of the file.
 
     most: Bytes of samples that it holds at most.
+    wanted: The kind of file that is needed, for the error of another.
     """
     regular(path)
     _check_heaps(path, hint)
@@ -161,7 +162,7 @@ def open_file(
             with path.open("rb") as head:
                 kind = re.search(rb"(?m)^fric: (\w+)/", head.read(4096))
             if kind and kind[1].decode() in TAKEN:
-                raise other_kind(path, kind[1].decode(), "log") from None
+                raise other_kind(path, kind[1].decode(), wanted) from None
             what = "is not a log file of fric"
             hint = f"Make one of it: `{join(['fric', 'ingest', str(path), '-o', 'log.h5'])}`."
         raise FricError(what, where=str(path), hint=hint) from None

@@ -499,7 +499,7 @@ def identify_gms(
     *logs: LogLike,
     static: FrictionLike | None = None,
     blocks: Annotated[int | str, Kind(metavar="N|auto|auto:N")] = "auto",
-    knots: Annotated[Sequence[float] | str, Kind(str, "LIST|auto"), "position"] = "auto",
+    knots: Annotated[Sequence[float] | str, Kind(str, "LIST|auto"), "small length"] = "auto",
     cycles: Annotated[tuple[int, int] | str | None, Kind(str, "FIRST:LAST")] = None,
     refine: bool = True,
     plant: PlantLike | None = None,
@@ -527,7 +527,7 @@ def identify_gms(
     if forward is not None:
         doubtful += settled(of_friction(forward, motion, known.M if known else None, where_of(static)))
         doubtful += settled(of_level(records, forward.F_s))
-    at = None if knots == "auto" else several(knots, "position", motion)
+    at = None if knots == "auto" else several(knots, "small length", motion)
     if at is not None and blocks not in {"auto", len(at), str(len(at))}:
         raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", hint="Leave `blocks=` out.")
     found = fit_gms(

@@ -234,7 +234,7 @@ def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) ->
     found = {}
     for name, value in pairs:
         if name not in KIND_OF:
-            raise FricError(f"'{name}' is not a parameter of a plan", hint=f"{near(name, KIND_OF)}As in F_s=2%.")
+            raise FricError(f"'{name}' is not a parameter of a plan", hint=f"{near(name, KIND_OF)}There are {', '.join(KIND_OF)}: write F_s=2%.")
         text = str(value).strip()
         share = text.endswith("%")
         if isinstance(value, str) and text.replace(".", "", 1).isdigit():
