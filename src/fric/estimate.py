@@ -202,12 +202,12 @@ def moving_mass(section: Mapping[str, Estimate | Mapping[str, Any]]) -> dict[str
     """
     known = dict(elements({name: section[name] for name in ("K_f", "B") if name in section}))
     seen = [entry for entry in known.values() if entry.half_width and float(entry) > 0.0]
-    if len(seen) < 2 or not known["K_f"].unit.startswith("N"):
+    turns = len(seen) == 2 and known["B"].unit.startswith("rad")
+    if len(seen) < 2 or not known["K_f"].unit.startswith("N*m/" if turns else "N/"):  # a torque moves a slide by a lead
         return {}
     mass = float(known["K_f"]) / float(known["B"])
     width = mass * hypot(*(entry.half_width / float(entry) for entry in seen))
-    unit = "kg·m²" if known["B"].unit.startswith("rad") else "kg"
-    return {"K_f/B": Estimate(mass, unit, (mass - width, mass + width) if width < inf else None)}
+    return {"K_f/B": Estimate(mass, "kg·m²" if turns else "kg", (mass - width, mass + width) if width < inf else None)}
 
 
 def elements(section: Mapping[str, Estimate | Mapping[str, Any]]) -> Iterator[tuple[str, Estimate]]:

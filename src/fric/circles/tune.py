@@ -19,8 +19,8 @@ from scipy.ndimage import uniform_filter1d
 from fric.arrays import Real
 from fric.circles import tune_fit
 from fric.circles.gains import against_stated, lags, stated_voltage
-from fric.circles.measured import MeasuredCircle
-from fric.circles.revolutions import fit_circle
+from fric.circles.measured import MeasuredCircle, measured_from_run
+from fric.circles.revolutions import fit_circle, revolutions, with_measured
 from fric.circles.tune_fit import Balance, FittedBalance, TunedAxis, VoltageRecord, fit, recorded_again, refined
 from fric.contour import QUADRANTS, circularity, of_axes
 from fric.control.scheme import OBSERVER, PAPER_SCHEMES, Scheme
@@ -445,11 +445,14 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
         return
     try:
         run = run_circle(machine, scheme, Circle(test.radius, test.feed, 2, test.direction))
+        whole = None if {*test.names} <= machine.axes.keys() or test.is_ball_bar else revolutions(test)
     except FricError as error:
         yield flaws.CIRCLE_CANNOT_RUN.found(test.where, why=error.what)
         return
     judged = of_axes(test.names, machine.axes)
-    seen, expected = measured_quadrants(test), [glitch.median for glitch in run.glitches]
+    seen, expected = measured_quadrants(test), tuple(glitch.median for glitch in run.glitches)
+    if whole is not None:
+        expected = measured_quadrants(with_measured(measured_from_run(run), whole, run.traces))
     off = {
         name: (value, other)
         for name, value, other in zip(QUADRANTS, seen, expected, strict=True)

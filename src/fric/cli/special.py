@@ -9,12 +9,12 @@ from typing import Annotated, Any
 import typer
 
 import fric
-from fric.cli.command import READ_MACHINE, Command, UsageError, argument
+from fric.cli.command import READ_MACHINE, Command, UsageError, argument, found
 from fric.cli.completion import topics, types
 from fric.cli.console import ERR, OUT, Interruption, asker, finish, interruption, paused, print_json
 from fric.errors import FricError, printable
 from fric.output import refuse_existing, written
-from fric.units import parse, rotates
+from fric.units import rotates
 
 
 def schema(
@@ -96,7 +96,12 @@ OF_PLAN = "a plan of all records", "the next record after a last result (`last=`
 
 
 def _by(
-    command: Command, given: dict[str, Any], second: str, so: bool, of: tuple[str, str], but: Container[str] = (),
+    command: Command,
+    given: dict[str, Any],
+    second: str,
+    so: bool,
+    of: tuple[str, str],
+    but: Container[str] = (),
     **changed: Any,
 ) -> Command:
     """Return the command, if so by its second verb; refuse an option of the other verb, which would say nothing.
@@ -151,7 +156,7 @@ def plan(command: Command, given: dict[str, Any]) -> None:
     command = _by(command, given, "fric.results.plan:plan_next", last, OF_PLAN, doing="candidates")
     if not last and (lacks := [f"--{name}" for name in ("stroke", "feed") if name not in given]):
         for name in given.keys() & {"stroke", "feed"}:  # a value without a unit is refused first
-            bounded(*(("travel-limit", given[name]) if name == "stroke" else ("speed", given[name])))
+            found("fric.results.base:bounded")("travel-limit" if name == "stroke" else "speed", given[name])
         raise UsageError(f'say what the axis may do, as --stroke "300 mm" --feed "100 mm/s": {lacks[0]} is missing')
     command.end(command.call(given), given)
 

@@ -93,7 +93,7 @@ class Quantity(Part):
             try:
                 return {"value": float(number), "unit": unit.strip() or "1"}
             except ValueError:
-                raise ValueError(f"'{given}' is not a quantity\nWrite a number and its unit, as '105 N' of a force.") from None
+                raise ValueError(f"'{given}' is not a quantity\nWrite a number and its unit, as '105 N'.") from None
         if isinstance(given, int | float) and not isinstance(given, bool):
             return {"value": given, "unit": "1"}
         return given

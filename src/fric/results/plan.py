@@ -231,10 +231,11 @@ def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) ->
     pairs = given.items() if isinstance(given, Mapping) else (text.partition("=")[::2] for text in given)
     dimensions = {p.name: p.dimension for name in ("static", "gms") for p in models()[name].parameters}
     dimensions |= {"offset": "force", **PlantPart.dimensions}
-    found = {}
+    found, known = {}, ", ".join(KIND_OF)
     for name, value in pairs:
         if name not in KIND_OF:
-            raise FricError(f"'{name}' is not a parameter of a plan", hint=f"{near(name, KIND_OF)}There are {', '.join(KIND_OF)}: write F_s=2%.")
+            hint = f"{near(name, KIND_OF)}There are {known}: as F_s=2%."
+            raise FricError(f"'{name}' is not a parameter of a plan", hint=hint)
         text = str(value).strip()
         share = text.endswith("%")
         if isinstance(value, str) and text.replace(".", "", 1).isdigit():

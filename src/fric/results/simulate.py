@@ -288,8 +288,8 @@ def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, 
         ends = text.split("…")
         parts = [part.strip() for part in (ends if len(ends) == 2 else text.split(","))]
         unit = parts[-1].lstrip("0123456789.eE+- ")
-        read = [in_si(part if part.lstrip("0123456789.eE+- ") else f"{part} {unit}".strip(), dimension) for part in parts]
-        found = tuple(read)
+        whole = (part if part.lstrip("0123456789.eE+- ") else f"{part} {unit}".strip() for part in parts)
+        found = read = tuple(in_si(part, dimension) for part in whole)
         if len(ends) == 2 and min(read) > 0:
             found = tuple(float(item) for item in np.geomspace(read[0], read[1], points))
     if not found or min(found) <= 0:
