@@ -290,6 +290,8 @@ def evidence_of(
     settled, unknown = list[Notice](), any(notice.code == GAINS_UNKNOWN.code for notice in distrust)
     for file, found in disagreements.items():
         (settled if Path(file).name in seen and not unknown else against).extend(found)
+    apart = {_file_of(notice).name for notice in against}
+    agree = sum(not found and Path(file).name not in apart for file, found in disagreements.items())
     notices = more.pop("notices", [*map(Notice.of, made.get("warnings_coded", ()))])
     if seen and not unknown:
         settled += [notice for notice in notices if flaw_of(notice).circle_settles and notice.severity == "wrong"]
@@ -300,7 +302,7 @@ def evidence_of(
     return Evidence(
         candidates=candidates, axes=tuple(map(str, made.get("axes", ()))),
         resolution=float(made.get("resolution", 0.0)), exact=bool(made.get("exact", False)), compared=compared,
-        disagreements=against, agree=sum(not of for of in disagreements.values()), distrust=distrust,
+        disagreements=against, agree=agree, distrust=distrust,
         settled=tuple(dict.fromkeys(settled)), notices=notices,
         **names | more,
     )  # fmt: skip
@@ -498,9 +500,14 @@ def headline(chosen: Candidate, without: Candidate | None, now: str, evidence: E
     return f"For a controller that fric designed: {text[0].lower()}{text[1:]}" if evidence.designed else text
 
 
+def _file_of(notice: Notice) -> Path:
+    """Return the file of a circle that is not as predicted."""
+    return Path(notice.where.partition(", ")[0])
+
+
 def _circle_apart(evidence: Evidence) -> Path:
     """Return the file of the first circle that is not as predicted."""
-    return Path(evidence.circle).with_name(Path(evidence.disagreements[0].where.partition(", ")[0]).name)
+    return Path(evidence.circle).with_name(_file_of(evidence.disagreements[0]).name)
 
 
 DIFFERS = "the measured circle differs from its prediction"

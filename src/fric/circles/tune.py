@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from math import exp, floor, log10
+from types import MappingProxyType
 from zlib import crc32
 
 import numpy as np
@@ -401,16 +402,20 @@ def distrusts(
     tests: Sequence[MeasuredCircle],
     records: Sequence[VoltageRecord],
     circle: Circle,
+    gains: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Notice, ...]:
     """Return the reasons why no interval of a prediction is valid; empty if all are.
 
     machine: The machine at the estimates, completed by the tests where there are any.
     tests, records: Measured circles, and their axes as balances of voltages. Where one has no voltage, its friction is
         found with the stated gains: it agrees with any.
+    gains: By axis, half the interval of K_p over K_p: a glitch is as uncertain.
     """
     wrong = [item for item in notices if item.severity == "wrong" and not (tests and flaw_of(item).circle_settles)]
     measured = [] if tests else [NO_MEASURED_CIRCLE.found()]
-    return once([*measured, *wrong, *unknown_gains(notices, tests), *_of_circles(machine, tests, records, circle)])
+    return once(
+        [*measured, *wrong, *unknown_gains(notices, tests), *_of_circles(machine, tests, records, circle, gains)]
+    )
 
 
 def unknown_gains(notices: Iterable[Notice], tests: Sequence[MeasuredCircle]) -> Iterator[Notice]:
@@ -421,14 +426,18 @@ def unknown_gains(notices: Iterable[Notice], tests: Sequence[MeasuredCircle]) ->
 
 
 def _of_circles(
-    machine: Machine, tests: Sequence[MeasuredCircle], records: Sequence[VoltageRecord], circle: Circle
+    machine: Machine,
+    tests: Sequence[MeasuredCircle],
+    records: Sequence[VoltageRecord],
+    circle: Circle,
+    gains: Mapping[str, float],
 ) -> Iterator[Notice]:
     for test in tests:
         for name in test.names:
             second = machine.axes[name].second_mass if name in machine.axes else None
             if second is not None and second.encoder == "motor" and test.instrument in ("encoders", ""):
                 yield flaws.TABLE_UNSEEN.found(f"axis {name}")
-        yield from _disagreement(machine, test)
+        yield from _disagreement(machine, test, gains)
     for record in records:
         yield from _delay(machine.axes[record.axis], record)
         yield from _controller(machine.axes[record.axis], record)
@@ -439,7 +448,7 @@ def _of_circles(
             yield CIRCLE_ELSEWHERE.found()
 
 
-def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
+def _disagreement(machine: Machine, test: MeasuredCircle, gains: Mapping[str, float]) -> Iterator[Notice]:
     """Yield the warnings where even the machine completed by a circle does not reproduce its glitches."""
     if (scheme := PAPER_SCHEMES.get(test.scheme or "a")) is None:
         return
@@ -453,10 +462,11 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
     seen, expected = measured_quadrants(test), tuple(glitch.median for glitch in run.glitches)
     if whole is not None:
         expected = measured_quadrants(with_measured(measured_from_run(run), whole, run.traces))
+    most = [SHARE_APART + gains.get(name, 0.0) for name in test.names] * 2
     off = {
         name: (value, other)
-        for name, value, other in zip(QUADRANTS, seen, expected, strict=True)
-        if name in judged and not np.isclose(value, other, rtol=SHARE_APART, atol=GLITCH_APART)
+        for name, value, other, share in zip(QUADRANTS, seen, expected, most, strict=True)
+        if name in judged and not np.isclose(value, other, rtol=share, atol=GLITCH_APART)
     }
     if off:
         microns = {name: (f"{a * 1e6:+.1f}", f"{b * 1e6:+.1f}") for name, (a, b) in off.items()}

@@ -1,7 +1,7 @@
 """The machine file, ``fric: machine/1``, spreads, and the uncertainty of what was identified of a machine."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf, pi
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -608,6 +608,7 @@ class IdentifiedMachine:
     discrepancies: Mapping[str, Mapping[str, Spread]]  # Factors by axis, from misfit and warnings
     widened: Mapping[str, tuple[Notice, ...]]  # By axis, why
     warnings: tuple[Notice, ...]  # Which parameters cannot be drawn from their interval
+    gains: Mapping[str, float] = field(default_factory=dict)  # By axis, half the interval of K_p over K_p
 
     def drawn(self) -> dict[str, Any]:
         """Return the uncertainty that a study draws its machines from."""
@@ -638,8 +639,11 @@ def read_identified(
     covariances: dict[str, Sequence[Covariance]] = {}
     beyond: dict[str, Mapping[str, Spread]] = {}
     widened: dict[str, tuple[Notice, ...]] = {}
-    axes, warnings = dict(machine.axes), []
+    axes, warnings, gains = dict(machine.axes), [], {}
     for name, part in read_machine_document(path, nominal_files).axes.items():
+        kept: Any = part.controller
+        K_p = Estimate.read(kept.K_p.model_dump())
+        gains[name] = K_p.half_width / max(float(K_p), 1e-300)
         identified, of_plant = part.feedforward.friction, part.nominal or part.plant
         friction = part.friction
         if identified:  # the identified friction, completed by that of the machine
@@ -673,7 +677,9 @@ def read_identified(
             NO_INTERVAL, where=str(path),
             hint="Give files that `fric identify` wrote: `nominal_files='x=FRICTION.yaml'`, or in the machine file.",
         )  # fmt: skip
-    return IdentifiedMachine(replace(machine, axes=axes), intervals, covariances, beyond, widened, tuple(warnings))
+    return IdentifiedMachine(
+        replace(machine, axes=axes), intervals, covariances, beyond, widened, tuple(warnings), gains
+    )
 
 
 def machine_to_predict(path: Path) -> tuple[Machine, IdentifiedMachine | None]:

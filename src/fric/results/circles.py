@@ -491,6 +491,6 @@ class KnownMachine:
         seen = self.left.seen(study.circle) if self.left else {}
         return predicted(
             many, widened=self.identified.widened, measured=measured,
-            distrust=(*unused, *distrusts(whole, notices, self.tests, records, study.circle)),
+            distrust=(*unused, *distrusts(whole, notices, self.tests, records, study.circle, self.identified.gains)),
             of_schemes=observers_distrust(study.schemes, notices), seen=seen,
         )  # fmt: skip
