@@ -22,7 +22,7 @@ from fric.io.channels import plan
 from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, plain_name
 from fric.io.recognise import is_hdf5
-from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory, is_supply, take_reading
+from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory, is_supply, said_clock, take_reading
 from fric.io.safe_hdf5 import open_file, text
 from fric.io.words import (
     OF_MEANS,
@@ -270,8 +270,14 @@ def _of_group(members: Sequence[ForeignTable]) -> Iterator[Guess]:
     if _holds_means(first, by_name):
         yield _with_name(Guess(names, first, _chosen_means(first), False, FORCE_VELOCITY))
         return
-    if len(axes := axes_of(members[:MOST_FILES])) <= 1:
+    clocks = [clock.unit if (clock := said_clock(table.constants)) else "" for table in members]
+    apart = len({*clocks}) > 1  # each file states its period
+    alike = [table for table, clock in zip(members, clocks, strict=True) if clock == clocks[0]] if apart else members
+    if len(axes := axes_of(alike[:MOST_FILES])) <= 1:
         axes = [_filled(first, axes[0], by_name) if axes else by_name]
+    for axis in axes:
+        if "time" in axis.roles and not apart:
+            axis.roles["time"] = replace(axis.roles["time"], field="")
     found = [_with_name(Guess(names, first, axis, False), alone=len(axes) == 1) for axis in axes]
     forces = [(guess, guess.axis.roles["force"]) for guess in found if "force" in guess.axis.roles]
     sure = {guess.stem(force.column): force.unit for guess, force in forces if force.unit_likelihood > SURE}
@@ -459,7 +465,8 @@ def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume:
         known = role.unit and (assume or role.unit_likelihood >= SURE)
         why = role.why if role.unit else "no column looks like it: say the rate, or the period"
         why += f": {role.unit} ({role.unit_likelihood:.0%})" if role.unit and not known else ""
-        return f"  time: {{period: {_quoted(role.unit if known else '? ms')}}}      # {why}"
+        period = f"period: {_quoted(role.unit if known else '? ms')}"
+        return f"  time: {{{(known and role.field) or period}}}      # {why}"
     column = table.columns[role.column]
     unique = [other.name for other in table.columns].count(column.name) == 1
     named = _quoted(column.name) if unique and column.name.isprintable() and column.name else str(role.column)

@@ -93,6 +93,7 @@ class Role:
     others: Mapping[int, int] = field(default_factory=dict)  # Columns that it may be instead, with their signs
     units: tuple[str, ...] = ()  # Units that it may have instead
     turn: float = 0.0  # What its values begin again after, as logged; 0 where they go on
+    field: str = ""  # Of a period that each file states for itself: ``period: "{Sampling cycle}"``
 
 
 @dataclass
@@ -214,7 +215,7 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     _refuse_many(tables[0], moving := int(data.moving.sum()), MOST_MOVING)
     n = (clock := _clock(data)).column
     if not clock.unit if n is None else not data.said[n].unit and _counts_rows(data.x[:, n]):
-        clock = _said_clock(data.constants | tables[0].constants) or clock
+        clock = said_clock(data.constants | tables[0].constants) or clock
     t = data.x[:, clock.column] if clock.column is not None else np.arange(len(data.x), dtype=float)
     data.moving &= ~_stamps(data, t)
     if clock.column is None and clock.unit:
@@ -324,7 +325,7 @@ def _clock(data: Samples) -> Role:
     if best[0] < 0.9:
         return Role("time", None, "", 1.0, 0.0, "no column rises evenly")
     n = -best[1]
-    if (data.said[n].quantity == "row" or (unnamed[n] and not all(unnamed))) and _counts_rows(data.x[:, n]):
+    if (data.said[n].quantity == "row" or unnamed[n]) and _counts_rows(data.x[:, n]):
         return Role("time", None, "", 1.0, 0.0, f"'{data.columns[n].name}' counts rows")
     says, stamps = data.said[n], data.x[: first or None, n]
     dated = any(low < stamps[0] * 1e-7 < high for low, high in DATED) and np.ptp(stamps) < 1e13
@@ -394,7 +395,7 @@ _RATE = re.compile(r"(?i)\b(fs|f_s|rate|frequency|freq|sampling|samplerate|abtas
 _PERIOD = re.compile(r"(?i)\b(ts|t_s|dt|period|interval|delta x|sampl(ing|e) time|abtastzeit|step|cycle|\w*zyklus)\b")
 
 
-def _said_clock(constants: Mapping[str, str]) -> Role | None:
+def said_clock(constants: Mapping[str, str]) -> Role | None:
     """Return the sampling period in the preamble of a file or as a scalar, in s or Hz where it gives no unit."""
     for name, text in constants.items():
         plain = re.sub(r"[._]|(?<=[a-z])(?=[A-Z])", " ", name) + " "
@@ -412,8 +413,11 @@ def _said_clock(constants: Mapping[str, str]) -> Role | None:
             continue
         seconds = 1.0 / seconds if rate and seconds else seconds
         if 1e-6 < seconds < 10.0:
-            why = f"the file says {name} = {text}"
-            return Role("time", None, f"{seconds:.9g} s", 0.97, 0.97 if unit or usual in {"Hz", "s"} else 0.9, why)
+            why, sure = f"the file says {name} = {text}", 0.97 if unit or usual in {"Hz", "s"} else 0.9
+            of_file = (
+                f'{"rate" if rate else "period"}: "{{{name}}}{" " * (not found[2])}{"" if found[2] else unit or usual}"'
+            )
+            return Role("time", None, f"{seconds:.9g} s", 0.97, sure, why, field=of_file)
     return None
 
 
