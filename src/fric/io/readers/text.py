@@ -11,14 +11,14 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
-from itertools import chain, islice, repeat
+from itertools import chain, islice, pairwise, repeat
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from fric.arrays import Real
+from fric.arrays import Indices, Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError, printable
 from fric.flaws.files import LINE_CUT
@@ -398,27 +398,48 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
 
 
 MOST_HELD = 1 << 28  # Size of a file that is held in memory for its records [byte]
+JUMP = 10.0  # Least jump of a clock between two records, over a step of either
 
 
 def _of_ids(table: "TextTable", rows: Sequence[Sequence[str]]) -> Sequence[ForeignTable]:
-    """Return a table for each word of the only column of words, at each of which a clock or a count begins again."""
+    """Return a table for each word, or number, of a column of ids: at each a clock or a count begins again, or jumps.
+
+    The ids are the only column of words, or a column of whole numbers that holds each for many rows.
+    """
     cells, decimal = [*zip(*rows, strict=False)], table.shape.decimal
-    words = [n for n, of in enumerate(cells) if not any(not c or is_number(c, decimal) or _STAMP.match(c) for c in of)]
-    if len(words) != 1 or 3 * len({*cells[words[0]]}) > len(rows) or table.path.stat().st_size > MOST_HELD:
+    if table.path.stat().st_size > MOST_HELD:
         return []
     with table.path.open("rb") as file:
         file.seek(max(table.path.stat().st_size - LOOK, 0))
         end = file.read().decode(table.shape.encoding, "replace").rstrip().rpartition("\n")[2]
-    if cells[words[0]][0] in split(end, table.shape.delimiter):  # a state, or the same in all rows
+    last = [*split(end, table.shape.delimiter), *[""] * len(cells)]
+    words = [n for n, of in enumerate(cells) if not any(not c or is_number(c, decimal) or _STAMP.match(c) for c in of)]
+    ids = words or [n for n, of in enumerate(cells) if all(c.isdigit() for c in of)]
+    ids = [n for n in ids if 3 * len({*cells[n]}) <= len(rows) and last[n] != cells[n][0]]  # else of a state
+    if not ids or len(words) > 1 or (words and cells[words[0]][0] in last):
         return []
     frame = pd.concat([frame for frame, _ in table.frames()], ignore_index=True)
-    ids, rest = frame[words[0]].astype("str").str.strip(), [n for n in range(len(table.columns)) if n != words[0]]
-    begins, columns = np.flatnonzero(ids != ids.shift()), [table.columns[n] for n in rest]
-    values = [as_numbers(frame[n], decimal, table.columns[n].unit) for n in rest]
-    again = any(np.array_equal(np.flatnonzero(np.diff(x) <= 0.0) + 1, begins[1:]) for x in values)
-    pieces = zip(ids[begins], *(np.split(x, begins[1:]) for x in values), strict=True)
-    found = {of: Memory(table.path, columns, x, table.constants, {"name": of, RECORD: of}) for of, *x in pieces}
-    return [*found.values()] if again and len(found) == len(begins) > 1 else []
+    for k in ids:
+        named, rest = frame[k].astype("str").str.strip(), [n for n in range(len(table.columns)) if n != k]
+        begins = np.flatnonzero(named != named.shift())
+        values = [as_numbers(frame[n], decimal, table.columns[n].unit) for n in rest]
+        if 1 < len(begins) == named.nunique() and any(_begins_again(x, begins[1:]) for x in values):
+            pieces = zip(named[begins], *(np.split(x, begins[1:]) for x in values), strict=True)
+            columns = [table.columns[n] for n in rest]
+            return [Memory(table.path, columns, x, table.constants, {"name": of, RECORD: of}) for of, *x in pieces]
+    return []
+
+
+def _begins_again(x: Real, places: Indices) -> bool:
+    """Return whether a column rises, but at these places alone: there it falls, or jumps by far more than elsewhere."""
+    steps = np.diff(x)
+    falls = np.flatnonzero(steps <= 0.0) + 1
+    if len(falls):
+        return np.array_equal(falls, places)
+    usual = [float(np.median(piece)) for piece in np.split(steps, places - 1) if len(piece)]
+    return len(usual) > len(places) and bool(
+        all(steps[n - 1] > JUMP * max(pair) for n, pair in zip(places, pairwise(usual), strict=True))
+    )
 
 
 def _has_gaps(rows: Sequence[Sequence[str]], shape: Shape) -> bool:
