@@ -13,6 +13,7 @@ from zipfile import BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError, found_in
 from fric.io.readers.base import ForeignTable, Format, RowBlock, library, warned
@@ -27,6 +28,8 @@ MOST_HELD, MOST_TEXTS = 8 << 20, 32 << 20  # Largest file in it but a sheet, hel
 SMALL, MOST_ROW = 64 << 20, 8 << 20  # Bytes of a sheet that are read anyhow, and of a row (16,384 cells) at most
 MOST_PACKED = 200  # Largest ratio of the bytes of a sheet to its stored bytes
 MOST_ROWS = 1 << 20  # Rows that a sheet has at most
+MOST_KEPT, SHEETS = 1 << 19, 32  # Values of a sheet that is kept, for a workbook is read several times, and kept sheets
+_KEPT: dict[tuple[str | int, ...], tuple[list[list[Real]], dict[tuple[int, int], str]]] = {}
 
 
 def recognises(path: Path, head: bytes) -> float:
@@ -120,17 +123,39 @@ class _Sheet(ForeignTable):
         super().__init__(path, shape.columns, shape.preamble, said)
         self.notices = self._heard = notices
         self._sheet, self._first, self._texts = sheet, shape.first, dict[tuple[int, int], str]()
+        state = path.stat()
+        self._key = str(path.absolute()), state.st_mtime_ns, state.st_size, sheet.title, shape.first, len(shape.columns)
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
-        """Read the sheet row by row."""
+        """Read the sheet row by row, or what is kept of it."""
+        found, size, width = list[list[Real]](), 0, len(self.columns)
+        for columns in self._kept or self._parsed():
+            yield RowBlock(size, [columns[n] for n in wanted], 8 * len(columns[0]) * len(wanted))
+            size += len(columns[0])
+            if size * width <= MOST_KEPT:
+                found.append(columns)
+                for values in columns:
+                    values.flags.writeable = False
+        if size * width <= MOST_KEPT:
+            _KEPT[self._key] = found, self._texts
+            while len(_KEPT) > SHEETS:
+                del _KEPT[next(iter(_KEPT))]
+
+    @property
+    def _kept(self) -> list[list[Real]] | None:
+        found, self._texts = _KEPT.get(self._key, (None, self._texts))
+        return found
+
+    def _parsed(self) -> Iterator[list[Real]]:
+        """Yield the columns of the sheet, some rows at a time."""
         row, rows = 0, self._rows()
         while True:
             with warned(self.path, self._heard):
                 part = list(islice(rows, ROWS))
             if not part:
                 return
-            columns = [np.array([self._number(cells, n, row + k) for k, cells in enumerate(part)]) for n in wanted]
-            yield RowBlock(row, columns, 8 * len(part) * len(wanted))
+            numbered = [*enumerate(part, row)]
+            yield [np.array([self._number(cells, n, k) for k, cells in numbered]) for n in range(len(self.columns))]
             row += len(part)
 
     def place(self, row: int, column: int | None = None) -> str:
