@@ -179,8 +179,21 @@ def recognised_kind(
 
     A staircase before sliding; a sine; a broad-band excitation; a motion back and forth before sliding, of any shape;
     strokes at constant velocity, if that is most of the time in motion; else a motion. The arguments are what
-    `segments_and_rests`, `turns_of` and `force_rise` found: without a force, pre-sliding is assumed.
+    `segments_and_rests`, `turns_of` and `force_rise` found: without a force, pre-sliding is assumed. Of a short stroke,
+    which settles late, the reference shows that it is asked for.
     """
+    found = _kind_by_motion(log, segments, rests, sine, rise, reversals, stairs)
+    if found == "motion" and segments and log.reference is not None:
+        asked = replace(log, position=log.reference, velocity=None, force=None, input=None)
+        strokes = _kind_by_motion(asked, *segments_and_rests(asked), None, None, 0, None)
+        found = strokes if strokes == "constant-velocity" else found
+    return found
+
+
+def _kind_by_motion(
+    log: Log, segments: list[Segment], rests: list[tuple[int, int]], sine: Sine | None, rise: float | None,
+    reversals: int, stairs: Staircase | None,
+) -> Kind:  # fmt: skip
     if stairs is not None and rise is not None and rise > LOOP_SHARE:
         return "micro-steps"
     steady = sum(segment.stop - segment.onset for segment in segments)
