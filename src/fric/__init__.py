@@ -31,7 +31,8 @@ def __getattr__(name: str) -> Any:
     if not home:
         from fric.errors import near
 
-        meant = near(name, __all__).rstrip()
+        alike = [other for other in __all__ if name in other.split("_") or other == name.rpartition("_")[2]]
+        meant = f"Is it {' or '.join(alike)}?" if alike else near(name, __all__).rstrip()
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'{'. ' if meant else ''}{meant}")
     if isinstance(found := getattr(import_module(home, __name__), name), type):
         from fric.verb import explained, typed

@@ -16,6 +16,8 @@ from fric.units import Motion, factor, is_effort, si_unit
 from fric.verb import refused, typed, verb
 
 if TYPE_CHECKING:
+    from pandas import DataFrame
+
     from fric.arrays import Real
 
 
@@ -136,6 +138,9 @@ class Log(FromFile):
         """
         if not hasattr(frame, "keys"):
             raise refused("Log.from_frame", "a data frame, or columns by name", frame)
+        index = getattr(getattr(frame, "index", None), "name", None)
+        if str(index).partition("[")[0].strip() == "time":
+            frame = frame.reset_index()  # type: ignore[attr-defined]
         found, read = dict[str, Any](), list[Any]()
         for column in frame:
             channel, _, unit = str(column).partition("[")
@@ -172,6 +177,12 @@ class Log(FromFile):
     def channels(self) -> dict[str, Real]:
         """Return the channels that were logged, by name, time first, in SI units: ``DataFrame(log.channels())``."""
         return {channel: values for channel in CHANNELS if (values := getattr(self, channel)) is not None}
+
+    def to_frame(self) -> DataFrame:
+        """Return the channels as a data frame, each with its unit in its name, as `from_frame` reads it."""
+        from pandas import DataFrame
+
+        return DataFrame({f"{name} [{self.unit(name)}]": values for name, values in self.channels().items()})
 
     def unit(self, channel: str) -> str:
         """Return the SI unit of a channel on this axis."""

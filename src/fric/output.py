@@ -26,6 +26,8 @@ FORMATS = {  # The type of a file by the ending of its name
 
 def refuse_ending(path: Path | None, written: str) -> None:
     """Raise when the name of an output belongs to another of the `FORMATS` than what is written."""
+    if path is not None and path.name == "-":
+        raise FricError("'-' is no name of a file", hint="Name the output; --json prints on standard output.")
     said = next((name for name, endings in FORMATS.items() if path and path.suffix.lower() in endings), written)
     if path is not None and said != written:
         raise FricError(

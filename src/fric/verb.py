@@ -51,7 +51,10 @@ def verb(function: Callable[P, R]) -> Callable[P, R]:
     count = code.co_argcount + code.co_kwonlyargcount + bool(code.co_flags & CO_VARARGS)
     made.__doc__ = documented(cleandoc(function.__doc__ or ""), code.co_varnames[:count], SHARED)
     seen = signature(made)
-    taken = [parameter.replace(annotation=_Shown(parameter.annotation)) for parameter in seen.parameters.values()]
+    taken = [
+        parameter.replace(annotation=_Shown(parameter.annotation), default=_shown(parameter.default))
+        for parameter in seen.parameters.values()
+    ]
     made.__signature__ = seen.replace(parameters=taken)  # type: ignore[attr-defined]
     return made
 
@@ -64,6 +67,17 @@ class _Shown:
 
     def __repr__(self) -> str:
         return _type_text(self.hint)
+
+
+class _Unnamed:
+    """A function that is a default, as ``help`` shows it."""
+
+    def __repr__(self) -> str:
+        return "..."
+
+
+def _shown(default: Any) -> Any:
+    return _Unnamed() if isinstance(default, FunctionType) else default
 
 
 def _type_text(hint: Any) -> str:

@@ -198,7 +198,7 @@ def _guessed(
     spent: int,
 ) -> None:  # fmt: skip
     """Guess the meaning of files from their values; files that need no question leave the open ones."""
-    say_step(f"recognising the columns of {len(asking)} files")
+    say_step(f"recognising the columns of {len(asking)} file{'s' * (len(asking) > 1)}")
     with ExitStack() as opened:
         guess = guessed(
             [path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None, refused=asking

@@ -430,7 +430,7 @@ def _of_circles(
     tests: Sequence[MeasuredCircle],
     records: Sequence[VoltageRecord],
     circle: Circle,
-    gains: Mapping[str, float],
+    gains: Mapping[str, float] = MappingProxyType({}),
 ) -> Iterator[Notice]:
     for test in tests:
         for name in test.names:
@@ -462,10 +462,10 @@ def _disagreement(machine: Machine, test: MeasuredCircle, gains: Mapping[str, fl
     seen, expected = measured_quadrants(test), tuple(glitch.median for glitch in run.glitches)
     if whole is not None:
         expected = measured_quadrants(with_measured(measured_from_run(run), whole, run.traces))
-    most = [SHARE_APART + gains.get(name, 0.0) for name in test.names] * 2
+    share = SHARE_APART + max((gains.get(name, 0.0) for name in test.names), default=0.0)
     off = {
         name: (value, other)
-        for name, value, other, share in zip(QUADRANTS, seen, expected, most, strict=True)
+        for name, value, other in zip(QUADRANTS, seen, expected, strict=True)
         if name in judged and not np.isclose(value, other, rtol=share, atol=GLITCH_APART)
     }
     if off:

@@ -6,6 +6,7 @@ from pathlib import Path
 from textwrap import fill
 
 import fric
+from fric.documents import document_types
 from fric.errors import FricError, as_options, near, require_known
 from fric.input import missing
 from fric.verb import verb
@@ -23,8 +24,10 @@ def folder(name: str) -> Path:
 @cache
 def bundled(kind: str) -> dict[str, Path]:
     """Return the bundled documents of a type by their names: ``xy-table`` and ``virtual-rig`` of ``machine``, …."""
-    head = f"fric: {kind}/"
-    return {path.stem: path for path in sorted(folder("configs").rglob("*.yaml")) if head in path.read_text("utf-8")}
+    head, files = f"fric: {kind}/", sorted(folder("configs").rglob("*.yaml"))
+    if not (found := {path.stem: path for path in files if head in path.read_text("utf-8")}):
+        require_known(kind, document_types(), "there is no type of document")
+    return found
 
 
 def located(path: Path, kind: str) -> Path:

@@ -63,7 +63,7 @@ RESIDUALS_FOLLOW_SPEED = Flaw("residuals-follow-speed", "doubt", "Eq. (2) does n
     "`method` in the file says which forms were tried. Look at the figure.", widens={"v_s": 0.2, "C": 0.2})
 DAMPING_TOO_LARGE = Flaw("damping-too-large", "wrong",
     "The plant's damping of {damping} is {beyond} larger than the strokes show.",
-    "A is too large, as where the axis reversed while it was excited. Excite it while it slides one way.",
+    "The axis reversed while it was excited, the strokes differ, or one is of another axis. Excite it one way.",
     widens={"A": 0.2, "level": 0.05})
 SIGMA_IN_A = Flaw("sigma-in-A", "note",
     "sigma is 0: the plant's damping, {damping}, includes viscous friction.",

@@ -30,6 +30,7 @@ from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.io.circle import read_runs, write_runs
 from fric.io.hdf5 import write_logs
 from fric.output import staged, written
+from fric.process import tried
 from fric.report.collect import collect
 from fric.report.view import render_view, view
 from fric.reproduce.step_cache import StepCache
@@ -397,6 +398,7 @@ def reproduce_paper(
             learn = partial(learn_axis, seed=seed, published_plant=bool(subject.published))
             before = sum(len(StepCache(folder / name)) for name in names)
             learnings = [pool.submit(learn, machine, name, folder / name) for name in names]
+            tried(f"axes {' and '.join(names)}")
             while wait(learnings, timeout=POLL).not_done:
                 made_there = sum(len(StepCache(folder / name)) for name in names) - before
                 advance(made_there - ahead)

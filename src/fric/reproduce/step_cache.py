@@ -9,6 +9,7 @@ from typing import Any
 
 import fric
 from fric.output import folder_made, written
+from fric.process import tried
 
 LEDGER = ".steps.json"
 
@@ -54,6 +55,7 @@ class StepCache:
         known = self._known.get(name, {})
         if known.get("from") == wanted and known.get("leaves") == _digests(leaves):
             return False
+        tried(name)
         for path in leaves:
             path.unlink(missing_ok=True)
         make()

@@ -1,6 +1,7 @@
 """Examples that come with fric, copied to be tried and edited; and the formats of logs that fric reads."""
 
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 from fric.documents.bundled import RIG
@@ -50,7 +51,7 @@ class ExampleResult(Result, schema=ExampleDocument):
         strokes = len(self.files) - len(shown)
         lines: list[Piece] = [*shown, *([f"data/strokes: {strokes} files"] if strokes else [])]
         if self.name == RIG:
-            lines.append(f"try: cd {self.folder} && fric auto data -o found")
+            lines.append(f"try: cd {quote(str(self.folder))} && fric auto data -o found")
         return lines
 
 

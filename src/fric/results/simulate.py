@@ -84,10 +84,13 @@ class CircleResult(Result, schema=CircleResultDocument):
         where = f"{readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}" + ", clockwise" * (test.direction < 0)
         where += f", {self.only} alone; glitches in µm" if self.only else "; glitches in µm"
         if self.many is not None:
-            fitted = " fitted to the measured circle" * bool(self.prediction and self.prediction.measured)
+            fitted = " by their spread"  # and not as surely as what was identified
+            if self.identified:
+                measured = self.prediction and self.prediction.measured
+                fitted = " fitted to the measured circle" if measured else " by their intervals"
             table = self._distributions(self.many, f"{self.machine.name}: {len(self.many)} machines{fitted}, {where}")
             return [table, *self.verdict.lines()]
-        columns = ["scheme", *QUADRANTS, "glitch", "rms", "range", "reduction", *(["paper"] if self.published else [])]
+        columns = ["scheme", *QUADRANTS, "glitch", "rms", "range", "saved", *(["paper"] if self.published else [])]
         rows = [[*_row(run, self.runs, *run.glitches), *self._paper(run)] for run in self.runs]
         return [Table(columns, rows, f"{self.machine.name}: {where}")]
 
