@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
+import fric
 from fric.circles.diagnose import diagnose
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
@@ -95,6 +96,18 @@ def test_a_force_in_the_drives_unit_stays_in_it(tmp_path, name):
     np.testing.assert_allclose(taken, rows[-len(taken) :, 5], rtol=1e-8)
     assert test.of_effort({"x": "linear/N/N"}).axes["x"].input is None
     assert test.together()[0].unit == unit
+
+
+def test_what_a_header_leaves_open_is_assumed_where_asked(tmp_path):
+    """`--assume` was taken and did nothing."""
+    trace(tmp_path / "a.csv", header="t,x_cmd,x_act,y_cmd,y_act,x_u")
+    with pytest.raises(FricError, match="has no unit") as error:
+        fric.ingest_circles(tmp_path / "a.csv", output=tmp_path / "c.h5")
+    assert "assume=True" in error.value.hint
+    done = fric.ingest_circles(tmp_path / "a.csv", output=tmp_path / "c.h5", assume=True)
+    (test,) = read_circles(tmp_path / "c.h5")
+    assert (test.radius, test.feed) == (0.03, 0.1)
+    assert "columns-assumed" in {notice.code for notice in done.warnings} or done.warnings
 
 
 def test_both_directions_and_more_stand_in_one_file(tmp_path):

@@ -1208,3 +1208,53 @@ def test_axes_in_structs_have_their_labels_units_and_common_time(tmp_path: Path,
         assert axis.roles["position"].unit == "mm"
         assert axis.roles["position"].unit_likelihood >= SURE
         assert axis.roles["time"].unit_likelihood >= SURE
+
+
+def test_a_period_that_each_file_states_is_taken_from_each(tmp_path: Path) -> None:
+    """The period of the first file was that of all: strokes of 80 mm/s had 10."""
+    a = axis_of_a_drive(n=4000)
+    for name, every in (("slow", 8), ("fast", 2)):
+        rows = zip(a["position"][::every], a["current"][::every], strict=True)
+        lines = [f"{n},{1e3 * z:.6f},{i:.5g}" for n, (z, i) in enumerate(rows)]
+        head = ["SERVO", f"Sampling cycle,{every} msec", "INDEX,POS(mm),TCMD(A)"]
+        (tmp_path / f"{name}.csv").write_text("\n".join([*head, *lines]) + "\n")
+    assert 'time: {period: "{Sampling cycle}"}' in proposal(sorted(tmp_path.glob("*.csv")))
+    fric.ingest(*sorted(tmp_path.glob("*.csv")), output=tmp_path / "log.h5", assume=True)
+    assert {log.name: round(float(np.median(np.diff(log.time))), 6) for log in read_logs(tmp_path / "log.h5")} == {
+        "fast": 0.002, "slow": 0.008,
+    }  # fmt: skip
+
+
+def test_a_count_of_rows_without_a_header_is_no_time_in_milliseconds(tmp_path: Path) -> None:
+    a = axis_of_a_drive(n=3000)
+    table = np.column_stack([np.arange(3000), a["position"], a["current"]])
+    np.savetxt(tmp_path / "sampler.txt", table, ["%d", "%.6f", "%.5f"])
+    assert "? ms" in proposal([tmp_path / "sampler.txt"])
+
+
+@pytest.mark.parametrize("ids", ["01 02 03", "a b c", "7 3 12"])
+@pytest.mark.parametrize("clock", ["restarts", "jumps"])
+def test_a_column_of_tests_parts_a_table(tmp_path: Path, ids: str, clock: str) -> None:
+    """Tests of other rates in one table, with a clock that goes on, were two rates in one record, and left out."""
+    a, lines, begin = axis_of_a_drive(n=3000), ["test;time [s];position [mm];current [A]"], 0.0
+    for every, name in zip((1, 3, 4), ids.split(), strict=True):
+        t = 1e-3 * np.arange(1000) * every + begin
+        rows = zip(t, a["position"][:1000], a["current"][:1000], strict=True)
+        lines += [f"{name};{s:.4f};{1e3 * z:.6f};{i:.5g}" for s, z, i in rows]
+        begin = t[-1] + 5.0 if clock == "jumps" else 0.0
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+    found = list(tables(tmp_path / "log.csv"))
+    steps = [float(np.median(np.diff(next(table.read([0])).columns[0]))) for table in found]
+    assert [table.said["name"] for table in found] == [
+        str(int(name)) if name.isdigit() else name for name in ids.split()
+    ]
+    np.testing.assert_allclose(steps, [1e-3, 3e-3, 4e-3], rtol=1e-6)
+
+
+def test_a_state_that_changes_once_parts_no_table(tmp_path: Path) -> None:
+    a = axis_of_a_drive(n=3000)
+    state, t = np.repeat([0, 1], 1500), 1e-3 * np.arange(3000)
+    path = write(
+        tmp_path / "log.csv", "enabled;time [s];position [mm];current [A]", state, t, a["position"], a["current"]
+    )
+    assert len(list(tables(path))) == 1

@@ -271,6 +271,19 @@ def test_a_stroke_back_that_is_not_steady_lies_between_two_ahead() -> None:
     assert kind_of(log) == "constant-velocity"
 
 
+@pytest.mark.parametrize("with_reference", [True, False])
+def test_short_strokes_that_settle_late_are_recognised_by_their_reference(with_reference: bool) -> None:
+    """Strokes of 0.8 s of a slow integral action were a motion, and left out of the map."""
+    t, rest = np.arange(400) / 500.0 - 0.1, np.zeros(100)  # the axis breaks away after 0.1 s, and overshoots
+    ahead, back = (np.where(t > 0.0, 1.0 + 0.6 * np.exp(-np.clip(t, 0.0, None) / tau), 0.0) for tau in (0.06, 0.072))
+    v = 1e-3 * np.concatenate([rest, ahead, rest, -back, rest])
+    asked = 1e-3 * np.concatenate([rest, np.ones(400), rest, -np.ones(400), rest])
+    position, reference = np.round(np.cumsum(v) / 500.0 / 2.5e-7) * 2.5e-7, np.cumsum(asked) / 500.0
+    log = Log(np.arange(len(v)) / 500.0, position=position, force=30.0 * np.sign(v))
+    log = replace(log, reference=reference) if with_reference else log
+    assert kind_of(log) == ("constant-velocity" if with_reference else "motion")
+
+
 def test_a_slow_stroke_between_fast_ones_without_a_pause_is_kept() -> None:
     dt, pieces = 1e-3, []
     for n, speed in enumerate([50e-3, 0.1e-3, 50e-3, 0.1e-3, 50e-3]):

@@ -9,6 +9,7 @@ import json
 import pickle
 import re
 import textwrap
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -298,6 +299,25 @@ def test_a_model_is_replaced_by_one_with_another_value(static, gms):
             static.replace(F_c=value)
     with pytest.raises(FricError, match=r"has no 'F_q'\nIs it F_s"):
         static.replace(F_q=1.0)
+
+
+def test_a_record_goes_into_a_frame_and_back_also_with_its_time_as_index():
+    log = next(iter(fric.experiment("virtual-rig", "presliding-sine", samples=400)))
+    frame = log.to_frame()
+    assert list(frame)[:2] == ["time [s]", "position [m]"]
+    for given in (frame, frame.set_index("time [s]")):
+        back = fric.Log.from_frame(given, name=log.name, kind=log.kind)
+        for channel, values in log.channels().items():
+            np.testing.assert_array_equal(back.channels()[channel], values)
+
+
+def test_a_fraction_is_a_number_and_what_no_document_is_has_no_examples():
+    """Numba's error on an array of objects was the answer."""
+    assert fric.Dahl(Fraction(1, 3), 3e7, 1.0, 10.0).F_c == 1 / 3
+    with pytest.raises(FricError, match="no type of document 'nosuch'"):
+        fric.bundled("nosuch")
+    with pytest.raises(AttributeError, match="make_report"):
+        fric.report  # noqa: B018
 
 
 @pytest.mark.parametrize("given", ["", "5 mm/s, x", ["x"]])

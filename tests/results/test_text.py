@@ -47,7 +47,8 @@ def test_the_moving_mass_is_beside_what_gives_it_and_nowhere_else():
     np.testing.assert_allclose(np.quantile(drawn[:, 1] / drawn[:, 0], [0.025, 0.975]), [low, high], rtol=3e-3)
     assert rows["K_f/B"][3:] == ("kg", "  moving mass")
     fixed, current = replace(K_f, ci95=None, fixed=True), Estimate(1.0, "A/V", (0.9, 1.1))
-    for other in (fixed, current):  # of a stated force constant, or one of amperes, the quotient is no mass
+    torque = Estimate(0.83, "N*m/V", (0.82, 0.84))  # which moves a slide by a lead that is not known
+    for other in (fixed, current, torque):  # of a stated force constant, or one of amperes, the quotient is no mass
         assert "K_f/B" not in {row[0] for row in parameters({"B": B, "K_f": other}).rows}
 
 
