@@ -11,6 +11,8 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 MOST_CHARACTERS = 400  # Characters of each part of a message at most
+FLAGS = {"circles": "--circle", "controllers": "--controller", "mapping": "--map", "machines": "--monte-carlo"}
+"""Options of most commands whose name differs from that of their argument."""
 
 
 def clean(text: str) -> str:
@@ -60,10 +62,6 @@ def reworded(said: str) -> str:
     for words, shown in REWORDED.items():
         said = said.replace(words, shown)
     return said
-
-
-FLAGS = {"circles": "--circle", "controllers": "--controller", "mapping": "--map", "machines": "--monte-carlo"}
-"""Options of most commands whose name differs from that of their argument."""
 
 
 def as_options(text: str, flags: Mapping[str, str] = FLAGS) -> str:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # which compile
     from fric.friction.stribeck import StaticMap
 
 TOGETHER = 0.99  # Correlation of position and reference above which the position follows the reference
+_lifted: ContextVar[bool] = ContextVar("implausible", default=False)
 
 
 def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding]:
@@ -132,9 +133,6 @@ def of_plant(plant: LinearPlant, motion: Motion, where: str = "") -> Iterator[Fi
     """Yield the quantities of a plant with physical bounds; the mass is known with the force constant alone."""
     for name, value in (("A", plant.A), ("B", plant.B), ("T_d", plant.T_d), ("mass", getattr(plant, "M", nan))):
         yield Finding(name, value, motion, where)
-
-
-_lifted: ContextVar[bool] = ContextVar("implausible", default=False)
 
 
 def lift(allowed: bool) -> None:

@@ -14,6 +14,12 @@ FINEST = 1e-12  # Least variance of what scatters in a mixed model, over that of
 LOST = 1e-9  # The same, with the known error, below which the likelihood's slopes over other variances have no digits
 LASTING, PENALTY = 6.0, 3.0  # Times that the longest memory of residuals fits into all, and least gain of a coefficient
 MAD_TO_SIGMA = 1.4826  # Standard deviation over the median absolute deviation, of a normal distribution: ``1/Φ⁻¹(3/4)``
+COMMON, FACTOR = 0.05, 7.4
+"""Standard deviation of the level of an axis from record to record that is exceeded as often as not [1], and the factor
+from it that two of three are within: in public logs two records of a linear axis have 1 %, four of a grinder 26 %."""
+COLUMNS_APART = 1e-7  # Least singular value of columns of size 1 that a record tells apart; squares halve the digits
+DIFFERENT = 1e-3  # Probability of such a scatter with equal parameters, below which records count as different
+OF_TWO = 0.05  # Probability above which two records are not said to scatter: one difference hardly tells the next
 
 
 def robust_deviation(deviations: Real | Complex) -> float:
@@ -124,11 +130,6 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
     v = np.sqrt(np.maximum(total - deviations**2, 0.0))
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     return MixedModel(deviations, measured, v, tau**2 * P[1:, 0], root, max(without - likelihood, 0.0))
-
-
-COMMON, FACTOR = 0.05, 7.4
-"""Standard deviation of the level of an axis from record to record that is exceeded as often as not [1], and the factor
-from it that two of three are within: in public logs two records of a linear axis have 1 %, four of a grinder 26 %."""
 
 
 def reach(deviation: float, error: float, count: int) -> float:
@@ -298,11 +299,6 @@ class Between(NamedTuple):
     deviations: Real  # Standard deviation of each parameter from record to record, shape (p,)
     off: Real  # What each record shows less the joint estimates, shape (R, p)
     chance: float  # Probability with which records of the same parameters scatter so
-
-
-COLUMNS_APART = 1e-7  # Least singular value of columns of size 1 that a record tells apart; squares halve the digits
-DIFFERENT = 1e-3  # Probability of such a scatter with equal parameters, below which records count as different
-OF_TWO = 0.05  # Probability above which two records are not said to scatter: one difference hardly tells the next
 
 
 def excess_variance(residual: Real, standard_error: Real, freedom: float) -> float:

@@ -40,6 +40,8 @@ OF_FORCE = {"force": "", "mass": "*s^2/{m}", "viscous": "*s/{m}", "stiffness": "
             "force per input": "/V", "energy": "*{m}"}  # fmt: skip
 """Dimensions that contain a force, with the suffix of their unit."""
 OF_INPUT = {dimension for dimension, (unit, _) in SI_UNITS.items() if "V" in unit}
+LARGEST_GAIN = 1e5  # Largest ratio of amplitudes that means anything of a loop: 100 dB
+LARGEST_PEAK = 10.0  # Largest M_s that a loop is designed for: it is then 0.1 from the point −1
 
 
 def rotates(motion: str) -> bool:
@@ -272,10 +274,6 @@ def likely(number: float | str, dimension: str, motion: Motion = "linear") -> st
     """Return a number with its likely unit by the size of machines: 100 of a velocity is ``100 mm/s``."""
     units = _LIKELY.get((dimension, "rotary" if rotates(motion) else "linear"), ((si_unit(dimension, motion), inf),))
     return f"{number} {next(unit for unit, most in units if abs(float(number)) <= most)}"
-
-
-LARGEST_GAIN = 1e5  # Largest ratio of amplitudes that means anything of a loop: 100 dB
-LARGEST_PEAK = 10.0  # Largest M_s that a loop is designed for: it is then 0.1 from the point −1
 
 
 @names

@@ -50,6 +50,10 @@ EXAMPLE = "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"  # Gains as a text
 GAIN_NAMES = ("K_v", "K_p", "K_i", "velocity_filter", "velocity_feedforward", "sampling")
 _GAIN = re.compile(rf"({'|'.join(GAIN_NAMES)})\s*[=: ]\s*([^,;=]+)")
 _AXIS = re.compile(r"\s*(\w[\w.+-]*)\s*:\s*(?=K_)")
+APART = 1.25  # Ratio of a stated K_p to the interval of the logs from which it is another
+EXACT = 1.05  # Largest ratio of the limits of K_p of a circle that no log is held against
+WITHOUT = "report without circle"  # The step that makes the page where a circle or the machine prevents it
+MACHINES = 24  # Machines that are drawn from the intervals of what was identified
 
 
 @dataclass(frozen=True)
@@ -171,10 +175,6 @@ def find_gains(
     return None
 
 
-APART = 1.25  # Ratio of a stated K_p to the interval of the logs from which it is another
-EXACT = 1.05  # Largest ratio of the limits of K_p of a circle that no log is held against
-
-
 def _spread(file: Path, name: str) -> float:
     """Return the ratio of the limits of a gain in a file; 1 where it has none."""
     low, high = getattr(read_document(file, ControllerDocument), name).ci95 or (1.0, 1.0)
@@ -222,10 +222,6 @@ def _question(axis: str, motion: Motion, answer: list[dict[str, Any]]) -> Questi
     return Question(
         text, [("not known: fric designs them, and its result is for these", {})], apply, understood=understood
     )
-
-
-WITHOUT = "report without circle"  # The step that makes the page where a circle or the machine prevents it
-MACHINES = 24  # Machines that are drawn from the intervals of what was identified
 
 
 class AutoResult(Result, schema=AutoDocument):

@@ -13,6 +13,7 @@ from fric.verb import typed
 
 Lead = float | Literal["auto"]  # Of the feedforward ahead of the reference [s]; ``auto``: T_d of the nominal plant
 LARGEST_GAIN = 5.0  # Of a feedforward: more is no share of a friction that is believed
+OBSERVER = "inverse-model"  # The block that ``observer: true`` denotes
 
 
 def require_feedforward(gain: float | None, lead: Lead | None) -> None:
@@ -21,9 +22,6 @@ def require_feedforward(gain: float | None, lead: Lead | None) -> None:
         raise FricError(f"the gain of the feedforward is {gain:g}", hint="Give a share of the friction, 1 for all.")
     if lead is not None and lead != "auto" and not 0 <= float(lead) <= MOST_LEAD:
         raise FricError(f"the lead of the feedforward is {lead:g} s", hint=f"Give 0 to {MOST_LEAD:g} s, or auto.")
-
-
-OBSERVER = "inverse-model"  # The block that ``observer: true`` denotes
 
 
 @typed

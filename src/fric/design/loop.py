@@ -30,6 +30,9 @@ from fric.drive.plant import LinearPlant, SampledPlant
 from fric.reference import Reference
 
 LAST_VOLTAGE = ("input", "control")  # Inputs for the voltage one sample ago; without friction feedforward equal
+SHORT = 160  # Samples of the short period
+OpenLoop = Callable[[Real], Complex]
+DECADES, POINTS = 5, 1500
 
 
 @dataclass(frozen=True)
@@ -141,9 +144,6 @@ class SampledLoop:
         return bool(np.abs(np.delete(eigenvalues, np.argmin(np.abs(eigenvalues - 1.0)))).max() < 1.0)
 
 
-SHORT = 160  # Samples of the short period
-
-
 def learned_share(block: ControlBlock, loop: SampledLoop, setting: Setting) -> tuple[float, float]:
     r"""Return how much of what a block learns of a period is left in the next, and the frequency [Hz] where most is.
 
@@ -175,11 +175,6 @@ def learned_share(block: ControlBlock, loop: SampledLoop, setting: Setting) -> t
     share = np.abs((response("measured") * loop.G(f) + response("input", "control") / z) / (1.0 + loop.input(f)))
     worst = int(np.argmax(share))
     return float(share[worst]), float(f[worst])
-
-
-OpenLoop = Callable[[Real], Complex]
-
-DECADES, POINTS = 5, 1500
 
 
 @dataclass(frozen=True)

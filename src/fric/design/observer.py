@@ -22,6 +22,9 @@ from fric.verb import require_within
 CIRCLE_95 = float(np.sqrt(-2 * np.log(0.05)))  # Radius of 95 % of a complex normal error over its parts' deviation
 SURE = 0.5
 """Radius below which a line without any perturbation has |Delta| and its confidence below 1: |Delta| is in it, too."""
+Blocks = tuple[ControlBlock, ...]
+PEAK_SENSITIVITY = 10 ** (6 / 20)
+TRIED = 50  # cutoffs tried on the way up, before the border is refined
 
 
 @dataclass(frozen=True)
@@ -153,12 +156,6 @@ def robust_limit(perturbation: Perturbation, filter: str = "binomial2") -> Robus
         low, high = np.where(above, middle, low), np.where(above, high, middle)
     at = int(np.argmin(f / high))
     return RobustLimit(QFilter(filter, float(f[at] / high[at])), float(f[at]), float(1.0 / level[at]))
-
-
-Blocks = tuple[ControlBlock, ...]
-
-PEAK_SENSITIVITY = 10 ** (6 / 20)
-TRIED = 50  # cutoffs tried on the way up, before the border is refined
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,8 @@ from fric.units import Motion, factor, of_force, rotates, si_unit
 from fric.verb import UNIONS
 
 LARGEST = 1e20  # Largest number of a quantity: a stiffness of 1e9 N/m whose interval is open reaches 1e15
+_COMMAND: ContextVar[tuple[str, ...] | None] = ContextVar("command", default=None)
+HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provenance")  # Keys above and below the rest
 
 
 def largest(given: Any) -> float:
@@ -203,9 +205,6 @@ class Physical(Part):
         return {name: float(estimate) for name, estimate in self.estimates(motion).items()}
 
 
-_COMMAND: ContextVar[tuple[str, ...] | None] = ContextVar("command", default=None)
-
-
 def commanded(*words: str) -> AbstractContextManager[None]:
     """Let documents made within the block name this command instead of that of the process."""
     return holding(_COMMAND, words)
@@ -333,9 +332,6 @@ def warned(notices: Iterable[Notice]) -> dict[str, Any]:
     """Return the ``warnings`` and ``warnings_coded`` of a document; each text occurs once."""
     words = once(map(Notice.of, notices))
     return {"warnings": [str(word) for word in words], "warnings_coded": [word.as_dict() for word in words]}
-
-
-HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provenance")  # Keys above and below the rest
 
 
 class Document(Part):

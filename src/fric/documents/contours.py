@@ -16,6 +16,8 @@ from fric.documents.listings import StepsPart
 from fric.simulate.spread import Distribution
 from fric.units import readable
 
+Rows = list[list[Known]]
+
 
 def _by_scheme(made: Any) -> dict[str, Any]:
     return {run.scheme.name: run for run in made.runs}
@@ -195,9 +197,6 @@ class PathResultDocument(Document, type="path-result"):
 
     velocity: float = of(lambda made: made.runs[0].test.feed, "feed [m/s]")
     schemes: dict[str, PathScheme] = of(_by_scheme)
-
-
-Rows = list[list[Known]]
 
 
 class MappedScheme(Written):

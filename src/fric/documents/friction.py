@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fric.identify.replay.replay_fit import ReplayFit
     from fric.identify.static_map.identify import StaticFit
     from fric.identify.static_map.map_fit import MapFit
+SCATTER = {"level": "ratio", "offset": "force", "mass": "mass"}
 
 
 class PreparedPart(FilePart[Preparation]):
@@ -91,9 +92,6 @@ class Fit(Part):
         if "drive damping taken off" in str(given.get("method", "")):
             return {**given, "taken_off": ["damping"]}
         return given
-
-
-SCATTER = {"level": "ratio", "offset": "force", "mass": "mass"}
 
 
 class FrictionDocument(OfAxis, type="friction", extra="allow"):

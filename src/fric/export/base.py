@@ -31,6 +31,8 @@ from fric.simulate.axis import blocks_of, setting_of
 from fric.simulate.machine import Machine
 from fric.units import Motion, si_unit
 
+Files = Mapping[str, str | bytes]
+
 
 def archived(files: Mapping[str, bytes]) -> bytes:
     """Return files by name as a ZIP archive without a time stamp: equal content gives equal bytes."""
@@ -54,7 +56,6 @@ def identifier(text: str) -> str:
 LARGEST = {  # Limits of values [m, m/s, m/s², s, N, V; rad, N·m] beyond which an exported step reports a fault
     "position": 1e4, "velocity": 1e3, "acceleration": 1e6, "time": 1.0, "force": 1e9, "voltage": 1e6, "gain": 1e3,
 }  # fmt: skip
-
 
 Role = Literal["compensation", "machine"]
 ROLES: tuple[Role, ...] = get_args(Role)
@@ -159,9 +160,6 @@ class BlockPart:
         """Where the state depends on the start: index, change per metre, and the position that it is of."""
         signals = {"position": self.per_position, "measured": self.per_measured}
         return [(int(i), change[i], name) for name, change in signals.items() for i in np.flatnonzero(change)]
-
-
-Files = Mapping[str, str | bytes]
 
 
 @dataclass(frozen=True)

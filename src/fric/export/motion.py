@@ -16,6 +16,9 @@ from fric.units import Motion, rotates
 SHORTEST = 8e-3  # Least time between two points [s]
 TOLERANCE = 1e-7  # Largest deviation of straight pieces from the motion [m, rad], if the least time allows it
 EVEN = 1e-6  # Share of the largest acceleration up to which the speed counts as constant
+LETTERS = "XYZABCUVW"
+BLOCK = 16e-3  # Least time of a block [s]: any control can process sixty per second
+ROWS = 2048  # Largest number of rows of a motion; of a longer motion every n-th sample is written
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +105,6 @@ def shown_scale(motion: Motion) -> tuple[float, str]:
     return (1e3, "mm") if not rotates(motion) else (57.29577951308232, "deg")
 
 
-LETTERS = "XYZABCUVW"
-
-BLOCK = 16e-3  # Least time of a block [s]: any control can process sixty per second
-
-
 def rounded_down(value: float) -> str:
     """Return a positive number rounded down to six digits."""
     size = 10.0 ** (floor(log10(value)) - 5)
@@ -190,9 +188,6 @@ def table_files(move: Move) -> Mapping[str, str]:
         "velocities": [f"{scale * v:.9f}" for v in points.velocity],
     }
     return {f"{move.name}.st": render("motion.st.j2", move=move, name=identifier(move.name), unit=unit, **columns)}
-
-
-ROWS = 2048  # Largest number of rows of a motion; of a longer motion every n-th sample is written
 
 
 def csv_files(move: Move) -> Mapping[str, str]:

@@ -18,6 +18,9 @@ from fric.simulate.contour_run import CircleMap, CircleRun, PathRun
 from fric.simulate.processes import MonteCarlo
 
 LINES = 4  # Grid lines on either side of the nominal circle, which is drawn with a radius of twice as many
+AROUND = np.pi / 12  # Half the width of what is shown, as an angle on the circle [rad]
+BEFORE, AFTER = 5.0, 25.0  # What is drawn before and after a reversal [degrees]
+TOP = 0.62  # Largest error in the figure of all schemes, over the radius of its reference circle
 
 
 @view("contour", of="CircleRun", usual=True)
@@ -125,9 +128,6 @@ def draw_circle_map(found: CircleMap) -> Figure:
         framed = "; framed: the observer leaves more" if any(np.any(array) for array in spoiled.values()) else ""
         figure.suptitle(f"{grid.machine.name}{framed}", fontsize=9, color=GREY)
     return figure
-
-
-AROUND = np.pi / 12  # Half the width of what is shown, as an angle on the circle [rad]
 
 
 @view("reversal", of="CircleRun")
@@ -244,9 +244,6 @@ def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = 
     return figure
 
 
-BEFORE, AFTER = 5.0, 25.0  # What is drawn before and after a reversal [degrees]
-
-
 @dataclass(frozen=True, eq=False)
 class SchemeContour:
     """Result of one scheme on a contour."""
@@ -267,9 +264,6 @@ def scheme_look(n: int, scheme: Scheme) -> dict[str, Any]:
     """Return the look of the n-th scheme: dashed with an observer; thinner than those beneath it, which it may hide."""
     width = max(2.0 - 0.25 * n, 0.8)
     return {"color": CYCLE[n % len(CYCLE)], "linestyle": "--" if scheme.observer else "-", "linewidth": width}
-
-
-TOP = 0.62  # Largest error in the figure of all schemes, over the radius of its reference circle
 
 
 def overlay_figure(

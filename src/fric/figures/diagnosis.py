@@ -18,6 +18,7 @@ from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, feed_of, ne
 
 COLOURS = {1: BLUE, -1: GREEN}  # Colour of each direction
 PARTS = 1440  # Parts of a turn that are drawn
+AROUND = np.radians(25.0)  # Half of what is shown around a reversal, as an angle on the circle [rad]
 
 
 @view("diagnosis", of="Diagnosis", usual=True)
@@ -102,9 +103,6 @@ def _reversal(axes: Axes, found: Diagnosis, agreement: Agreement | None, name: s
             label=f"predicted, scheme ({agreement.scheme})",
         )  # fmt: skip
     axes.axvline(0, color=GREY, linewidth=0.6)
-
-
-AROUND = np.radians(25.0)  # Half of what is shown around a reversal, as an angle on the circle [rad]
 
 
 @view("voltage", of="TunedAxis", usual=True)

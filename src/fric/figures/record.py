@@ -21,6 +21,7 @@ from fric.units import prefixed, si_unit
 
 POINTS = 4000  # Columns that a curve is drawn in: more samples than twice that are drawn as their least and greatest
 MOST_ROWS = 6  # Largest number of records that each get a separate row of panels; more records are overlaid
+MOST_DRAWN = 4  # Records that are drawn
 
 
 def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure:
@@ -237,9 +238,6 @@ def draw_validation(validations: Sequence[Validation]) -> Figure:
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")
         return figure
-
-
-MOST_DRAWN = 4  # Records that are drawn
 
 
 @view("replay", of="ReplayFit", usual=True)

@@ -35,6 +35,8 @@ BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#7F7F7F"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 DASHES: Any = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 2)), (0, (2, 1)))
+DRAWING = 72.0  # Points of an inch, as which SVG and PDF are drawn
+Draw = TypeVar("Draw", bound="Callable[..., Figure]")
 
 
 @cache
@@ -130,9 +132,6 @@ def rendered(figure: Figure, ending: str = "svg") -> bytes:
     return out.getvalue()
 
 
-DRAWING = 72.0  # Points of an inch, as which SVG and PDF are drawn
-
-
 @contextmanager
 def laid_out(figure: Figure, dpi: float) -> Iterator[None]:
     """Lay a figure out once, for so many dots an inch: savefig lays it out and draws it twice."""
@@ -146,9 +145,6 @@ def laid_out(figure: Figure, dpi: float) -> Iterator[None]:
         yield
     figure.dpi = before
     figure.set_layout_engine(layout)
-
-
-Draw = TypeVar("Draw", bound="Callable[..., Figure]")
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,9 @@ from fric.kernels.left_over import AHEAD, TravelGrid, left_over_step, travels_al
 from fric.kernels.signatures import Step, compiled_step
 from fric.series import real
 
+PLAY = 1e-6  # Travel back that makes a reversal [m]: fluctuations by encoder counts are smaller
+KNEE, RATIO, STEP_BEYOND = 28, 0.25, 3e-4  # Points a ratio ``e^RATIO`` apart, up to 1 mm, distance of later ones [m]
+
 
 @compiled_step
 def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
@@ -77,10 +80,6 @@ def mean_map(static: StaticMap, negative: StaticMap | None) -> StaticMap:
         return static
     halves = {p.name: 0.5 * (getattr(static, p.name) + getattr(negative, p.name)) for p in StaticMap.parameters}
     return StaticMap(**halves)
-
-
-PLAY = 1e-6  # Travel back that makes a reversal [m]: fluctuations by encoder counts are smaller
-KNEE, RATIO, STEP_BEYOND = 28, 0.25, 3e-4  # Points a ratio ``e^RATIO`` apart, up to 1 mm, distance of later ones [m]
 
 
 def travels(longest: float) -> Real:

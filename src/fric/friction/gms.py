@@ -29,7 +29,6 @@ class _Course(NamedTuple):
 _FLOAT, _ARRAY = types.float64, types.float64[::1]
 _COURSE = types.NamedUniTuple(_FLOAT, len(_Course._fields), _Course)  # type: ignore[no-untyped-call]
 
-
 _EDGE = 1e-5
 """Share of its break-away within which a block slips where that moves away: a block that comes back to just where it
 broke away, as along counts, would else slip or stick by the last digit; where s(v) rises the two are far apart."""

@@ -22,6 +22,7 @@ from fric.records.recognition import kind_of
 
 SPEEDS_ALIKE = 6.0  # Ratio of the slowest, and of the fastest, strokes up to which two halves determine the same map
 LEAST = 200  # Least number of samples of half a motion
+Fit = Callable[[], Mapping[str, Estimate]]
 
 
 @dataclass(frozen=True)
@@ -92,9 +93,6 @@ def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
     return Halves(
         logs[0].axis, tuple(sorted(found, key=lambda halved: (order.index(halved.by), halved.parameter))), untold
     )
-
-
-Fit = Callable[[], Mapping[str, Estimate]]
 
 
 def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str, Fit, Fit]]:

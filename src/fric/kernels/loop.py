@@ -27,6 +27,7 @@ from fric.kernels.signatures import ARRAY, STEP_FUNCTION, TABLE, Step, compiled
 BLOCKS = 4  # Blocks that a loop has room for: the controller, and three more
 MOST_WORK, MOST_A_SAMPLE = 20_000_000, 100  # Friction steps at most, more per sample: 10 to 40 usual, 500 if too stiff
 CONTROLLER, FEEDFORWARD, OBSERVER = range(3)  # What a block is there for
+_ARRAYS = types.UniTuple(ARRAY, BLOCKS)  # type: ignore[no-untyped-call]
 
 
 class Board(NamedTuple):
@@ -60,9 +61,6 @@ class Traces(NamedTuple):
     friction: Real  # N
     feedforward: Real  # V, against friction
     disturbance: Real  # V, the observers' estimate
-
-
-_ARRAYS = types.UniTuple(ARRAY, BLOCKS)  # type: ignore[no-untyped-call]
 
 
 @compiled(

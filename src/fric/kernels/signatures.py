@@ -28,9 +28,7 @@ STEP_FUNCTION = types.FunctionType(STEP)
 
 Step = Callable[[float, float, float, Real, Real], float]
 
-
 Function = TypeVar("Function", bound=Callable[..., object])
-
 
 _HERE = {entry.path for entry in os.scandir(os.path.dirname(__file__)) if entry.name.endswith(".py")}
 """The files of this room: a number that a function takes from one of them, as the place of a signal, is compiled in."""

@@ -61,6 +61,8 @@ from fric.units import readable, rotates, si_unit
 
 TYPICAL = "xy-table"  # The bundled machine that is used where none is given
 REST = 10  # Least number of samples with an unchanged encoder position at rest
+Drawn = tuple[list[PlantDocument | FrictionDocument], dict[tuple[bool, int], Notice]]
+"""What a run of planned records gives, and why its identification ended, by how far it came."""
 
 
 def prior_axis(
@@ -296,7 +298,6 @@ _RECORDS: dict[str, Callable[[Axis, Limits, int], Planned]] = {
     "constant-velocity": _strokes, "presliding-sine": _presliding, "sliding-sine": _sliding,
     "frequency-response": _response,
 }  # fmt: skip
-
 
 ASSUMED = {"C": log(10.0) / NORMAL_97_5}  # Standard deviation of an assumed parameter's logarithm: C to a factor of ten
 SURE = 0.4  # Relative uncertainty of a further record's information: half-widths of simulated ones are good to 20 %
@@ -629,10 +630,6 @@ def _sureness(document: PlantDocument) -> dict[str, float]:
         for name, estimate in elements(document.estimates(document.motion))
         if size > 0 and 0 < estimate.half_width < inf
     }
-
-
-Drawn = tuple[list[PlantDocument | FrictionDocument], dict[tuple[bool, int], Notice]]
-"""What a run of planned records gives, and why its identification ended, by how far it came."""
 
 
 def _drawn(

@@ -428,7 +428,6 @@ FASTER = 1.2  # Ratio of speeds above which a faster record also shows the jitte
 OTHER_UNIT = 500.0  # Ratio of sampling intervals of two records above which a time in ms was taken for s
 COARSE = 12  # Number of steps in the force's range up to which steps affect means over strokes and cycles
 
-
 OTHER_SCALE, OF_VOLTAGE = 0.15, 0.02
 """Share by which a force is off K_f times its voltage, and largest share of its power that is not of its voltage."""
 

@@ -38,6 +38,9 @@ SHORT = 0.1  # Share of the longest branch, or of the largest speed, up to which
 PIECES, MOVES = 64, 0.6  # Least number of steps that are held against the next, and their correlation in a motion
 FAR = 5.0  # Travel relative to the root of the steps' sum of squares that no noise has
 CONDITION = 1e3  # Condition number up to which a motion separates mass, viscous and Coulomb friction
+CHANGES = 0.03  # Least change of the energy per cycle over a record that gives a warning, as a share
+STANDS_OFF = 0.1  # Least deviation of the energy of cycles from the others that gives a warning, as a share
+SPEEDS = 5  # Least number of speeds for a map: the number of its parameters plus one
 
 
 @dataclass(frozen=True)
@@ -201,10 +204,6 @@ def drift(values: Real) -> tuple[float, float]:
     return slope, float(stdtrit(n - 2, 0.975)) * float(np.sqrt(rest @ rest / (n - 2) / (at @ at)))
 
 
-CHANGES = 0.03  # Least change of the energy per cycle over a record that gives a warning, as a share
-STANDS_OFF = 0.1  # Least deviation of the energy of cycles from the others that gives a warning, as a share
-
-
 def energy_warnings(energies: Real, ends: Real, motion: Motion) -> list[Notice]:
     """Return the warnings from the energies of equal cycles of a record: outlying cycles in one segment, or a drift.
 
@@ -238,9 +237,6 @@ def energy_changes(record: "Prepared", modelled: Real, seen: Mask) -> Iterator[N
     usual = float(np.sum(replayed)) / max(len(replayed), 1)
     for notice in energy_warnings(measured / replayed * usual, motion.time[reversals[::2]], record.log.motion):
         yield notice.at(f"record '{record.log.name}'")
-
-
-SPEEDS = 5  # Least number of speeds for a map: the number of its parameters plus one
 
 
 @dataclass(frozen=True)
@@ -377,9 +373,7 @@ def inspect_table(record: ForceVelocity) -> TableInspection:
 
 ONE_SPEED = 0.03  # Relative difference up to which two segments have the same speed
 
-
 Inspected = Inspection | ResponseInspection | TableInspection
-
 
 LONGEST = (0.5e-3, 0.1)  # Largest travel of pre-sliding [m, rad]: tens of micrometres on guideways, a degree in gears
 FINE = 12.0  # Least encoder counts in a micro-step: with fewer, the virgin curve is off by more than 2 % of the loop

@@ -19,6 +19,7 @@ FINE = 0.01  # Share of the travel of a sample under which the encoder's step do
 LARGE = 0.2  # Change of the acceleration from sample to sample, relative to its root mean square, that counts as one
 OUTLIES = 6.0  # Ratio of such a change to the usual change, which noise makes
 HIDDEN = 0.05  # Share of such changes in the variance of the acceleration from which on a record is too slow for it
+BANDWIDTH = 20.0  # Bandwidth of a motion under a position loop [Hz]; the filters leave room above it
 
 
 @dataclass(frozen=True)
@@ -196,9 +197,6 @@ def _upper(matrix: Any) -> Real:
     for offset in range(DEGREE + 1):
         bands[DEGREE - offset, offset:] = matrix.diagonal(offset)
     return bands
-
-
-BANDWIDTH = 20.0  # Bandwidth of a motion under a position loop [Hz]; the filters leave room above it
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ from fric.units import Motion, readable
 from fric.verdict import Candidate, Verdict, candidates_of, decide, evidence_of, machine_name
 
 KINDS = ("friction", "plant", "controller", "observer")  # The documents that a report shows, in its order
+_alike = partial(isclose, rel_tol=0.02)
 
 
 @dataclass(frozen=True)
@@ -221,9 +222,6 @@ class ContourTest:
         both = [(earlier[after.scheme.name], after) for after in later.contours if after.scheme.name in earlier]
         known = [(old, new) for old, new in both if isfinite(new.middle + old.middle)]
         return [Change(new.named, "m", old.middle, new.middle, old.interval, new.interval) for old, new in known]
-
-
-_alike = partial(isclose, rel_tol=0.02)
 
 
 @dataclass(frozen=True)

@@ -49,6 +49,10 @@ from fric.units import readable, rotates, si_unit
 
 STROKE = 1.4  # Pixels for a point of a line's width, for every size and zoom of a figure on the page
 _LINES = re.compile(r"(stroke-width|stroke-dasharray|stroke-dashoffset): ([^;\"]+)")
+CYCLE_POINTS = 1500  # Number of points drawn of a cycle
+BAND_CAPTION = "The band treats the parameters' intervals as independent."
+ZOOMED = frozenset({"contour", "reversal", "diagnosis"})  # Names of the figures that a page shows in a separate way
+POINTS = 1500  # Number of points drawn of a motion or a response
 
 
 def embedded(figure: Figure, key: str, alt: str) -> str:
@@ -148,9 +152,6 @@ def _panel(figure: Figure, axes: Axes, width: float, height: float) -> dict[str,
         "x": [*axes.get_xlim(), axes.get_xscale(), axes.get_xlabel()],
         "y": [*axes.get_ylim(), axes.get_yscale(), axes.get_ylabel()],
     }
-
-
-CYCLE_POINTS = 1500  # Number of points drawn of a cycle
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,11 +351,6 @@ def presliding(inputs: ReportInput) -> float | None:
     linear = (item.sections() for item in inputs.items if item.kind == "friction" and not rotates(item.motion))
     models = (GMS.from_sections(sections) for sections in linear if {"gms", "static"} <= sections.keys())
     return max((float(model.slip_displacements.max()) for model in models), default=None)
-
-
-BAND_CAPTION = "The band treats the parameters' intervals as independent."
-ZOOMED = frozenset({"contour", "reversal", "diagnosis"})  # Names of the figures that a page shows in a separate way
-POINTS = 1500  # Number of points drawn of a motion or a response
 
 
 @dataclass(frozen=True)

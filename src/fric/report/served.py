@@ -32,6 +32,9 @@ from fric.results.identify import GMSResult
 from fric.units import Motion, in_units_of, prefixed, readable, rotates, si_unit
 
 HOST = "127.0.0.1"
+MOST_KNOT_REQUEST = 16_384  # Largest size of a request [bytes]
+MOST_KNOTS = 12
+Fit = Callable[[Sequence[float]], "GMSResult"]  # Returns the blocks of knots [m]
 
 
 class LocalPage(ABC):
@@ -261,12 +264,6 @@ def _sketch(guess: Guess, n: int) -> dict[str, Any]:
     ends = np.concatenate([piece[np.sort([piece.argmin(), piece.argmax()])] for piece in pieces])
     return {"name": column.name, "unit": column.unit or "", "low": f"{low:.5g}", "high": f"{high:.5g}",
             "points": np.round(1000.0 * (ends - low) / ((high - low) or 1.0)).astype(int).tolist()}  # fmt: skip
-
-
-MOST_KNOT_REQUEST = 16_384  # Largest size of a request [bytes]
-MOST_KNOTS = 12
-
-Fit = Callable[[Sequence[float]], "GMSResult"]  # Returns the blocks of knots [m]
 
 
 class KnotPage(LocalPage):

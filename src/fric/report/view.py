@@ -40,6 +40,8 @@ from fric.verdict import EARNED, Candidate, Evidence, Verdict, bare, decide, mac
 
 FIT = (("rmse", "rms of the residual"), ("r2", "R²"), ("points", "points"), ("method", "method"))
 MATTERS = 0.9  # Correlation above which a pair is reported: a change of either number can replace the other's
+SAME_SIGN_LEFT = 0.1  # Largest share of the glitch that a sufficient feedforward leaves
+UNEVEN = 1.3  # Ratio of the glitches of two axes, or of the two ends of an axis, above which they count as different
 
 
 def groups_of(item: Item) -> Iterator[dict[str, Any]]:
@@ -134,10 +136,6 @@ def summary_of(
         "doubts": " and ".join(dict(kinds)).capitalize(),
         "next_step": _next_step(inputs), "failed": inputs.failed,
     }  # fmt: skip
-
-
-SAME_SIGN_LEFT = 0.1  # Largest share of the glitch that a sufficient feedforward leaves
-UNEVEN = 1.3  # Ratio of the glitches of two axes, or of the two ends of an axis, above which they count as different
 
 
 def observations(test: ContourTest, presliding: float | None = None) -> list[str]:

@@ -43,6 +43,9 @@ MARGINS = (
     ("crossover", "crossover", HERTZ),
     ("bandwidth", "bandwidth", HERTZ),
 )
+FIRST_MODE = 50.0  # Assumed lowest structural mode of an axis without a measured response [Hz]: that of a slow machine
+MODE_DAMPING = 0.01  # Its assumed damping
+Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
 
 
 def perturbation_of(
@@ -204,11 +207,6 @@ def design_controller(
             separation=separation, crossover=quantity(crossover, "frequency"),
         )  # fmt: skip
     return ControllerResult(design, document.axis, motion, document.passed_on(), view=view)
-
-
-FIRST_MODE = 50.0  # Assumed lowest structural mode of an axis without a measured response [Hz]: that of a slow machine
-MODE_DAMPING = 0.01  # Its assumed damping
-Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
 
 
 class ObserverResult(Design, schema=ObserverDocument, of="content"):

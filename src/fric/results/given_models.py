@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, "PlanDocument")
 
-
 CIRCLES = "circle tests, or their files"  # Arguments of verbs that are measured circles
 
 

@@ -26,6 +26,11 @@ from fric.reference import Reference
 from fric.simulate.machine import Axis
 from fric.simulate.reality.motion import sensing_of, true_axis
 
+Design = TypeVar("Design")
+_DESIGNED: dict[tuple[object, ...], Any] = {}
+GAINS = np.geomspace(0.95, 1e-3, 140)  # Gains at which a loop that is not stable is tried anew, 0.43 dB apart
+EDGE = 1.0 + 1e-7  # Largest eigenvalue let pass: an axis left alone drifts at 1, and rounding decides on which side
+
 
 def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
     """Return the data that the blocks of a scheme are packed for on an axis that starts at rest."""
@@ -69,10 +74,6 @@ def jointly_designed(axis: Axis, scheme: Scheme, reference: Reference) -> Axis:
     return replace(axis, cascade=found.cascade, blocks={**axis.blocks, kind.name: vars(found.block.block)})
 
 
-Design = TypeVar("Design")
-_DESIGNED: dict[tuple[object, ...], Any] = {}
-
-
 def _once(design: Callable[..., Design], kind: type[ControlBlock], setting: Setting, scheme: Scheme) -> Design:
     """Return what a design makes for the nominal models of a controller, which many machines and schemes share."""
     friction = setting.friction or setting.models.get("gms")
@@ -95,10 +96,6 @@ def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:
             else f"There is no such model; there are {', '.join(models())}.",
         )
     return nominal_friction.models[scheme.friction]
-
-
-GAINS = np.geomspace(0.95, 1e-3, 140)  # Gains at which a loop that is not stable is tried anew, 0.43 dB apart
-EDGE = 1.0 + 1e-7  # Largest eigenvalue let pass: an axis left alone drifts at 1, and rounding decides on which side
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,11 @@ SLOW = 0.03  # Feed below which every run depends on counts [m/s]
 ACCURACY = 5e-9  # Largest integration error of runs that depend on counts [m]; counts move a position by ten times that
 MOST_KEPT = 500_000  # Samples of all axes from which on the runs at other places are not kept
 WIDTH = {PLACES: 4.2, FEWER: 6.9}  # Half of the interval over the standard deviation, by the number of values
+Left = TypeVar("Left", bound=Circularity | ContourError)
+Followed = TypeVar("Followed", bound="Circle | PointPath | RecordedPath")
+SHARPEST = np.pi / 4  # Largest turn from one chord of a path to the next [rad]: more is a corner
+REPEATED = 1e-9  # Share of the length of a path within which points are the same
+RAMP = 0.1  # Time in which the feed rises from rest, and falls to it [s]
 
 
 @dataclass(frozen=True)
@@ -82,10 +87,6 @@ class Chance:
     def shown(self, scale: float = 1e6, digits: int = 1) -> bool:
         """Return whether half of the interval is more than the last digit that is written."""
         return self.half * scale >= 0.5 * 10**-digits
-
-
-Left = TypeVar("Left", bound=Circularity | ContourError)
-Followed = TypeVar("Followed", bound="Circle | PointPath | RecordedPath")
 
 
 class How(TypedDict, total=False):
@@ -366,11 +367,6 @@ class CircleMap:
     def less(self, scheme: Scheme, other: Scheme) -> Real:
         """Return the reduction of the glitch against another scheme, by radius and feed [m]; negative where worse."""
         return np.asarray(self.of(other.name) - self.of(scheme.name))
-
-
-SHARPEST = np.pi / 4  # Largest turn from one chord of a path to the next [rad]: more is a corner
-REPEATED = 1e-9  # Share of the length of a path within which points are the same
-RAMP = 0.1  # Time in which the feed rises from rest, and falls to it [s]
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,9 @@ from fric.verb import require_within
 
 ACCURACY = 1e-10  # Error of the position by the integration that no record shows [m]: 0.01 N of a stiffness of 100 N/µm
 LONG = 1_000_000  # Samples of a motion above which it is integrated to that: the last digits take five times as long
+SPEEDS = tuple(v * 1e-3 for v in (0.01, 0.04, 0.08, 0.2, 0.4, 0.5, 1, 2, 4, 5, 8, 10, 14, 16, 20, 25, 30))
+"""The 17 speeds of Section 3.1 [m/s]."""
+AMPLITUDES = (15e-6, 450e-6)  # The amplitudes of Section 3.2.1 [m]
 
 
 @dataclass(frozen=True)
@@ -90,11 +93,6 @@ class Experiment:
     def settings(self) -> set[str]:
         """Names of what can be set, besides axis and seed."""
         return set(signature(self.trials).parameters) - {"axis", "seed"}
-
-
-SPEEDS = tuple(v * 1e-3 for v in (0.01, 0.04, 0.08, 0.2, 0.4, 0.5, 1, 2, 4, 5, 8, 10, 14, 16, 20, 25, 30))
-"""The 17 speeds of Section 3.1 [m/s]."""
-AMPLITUDES = (15e-6, 450e-6)  # The amplitudes of Section 3.2.1 [m]
 
 
 @Experiment
@@ -273,7 +271,6 @@ _MADE: dict[Kind, Experiment] = {
 EXPERIMENTS: tuple[Kind, ...] = tuple(_MADE)  # The kinds of record that can be made
 OF_THE_PAPER: tuple[Kind, ...] = tuple(kind for kind in EXPERIMENTS if kind != "micro-steps")
 """The kinds of record that the paper identifies an axis from."""
-
 
 Setting = float | int | tuple[float, ...]
 

@@ -38,14 +38,14 @@ from fric.verb import require_within
 T = TypeVar("T")
 
 MACHINES_BY_START = 6  # Machines that one process runs, about, while others start
+_STUDY: Callable[[int], Any]  # The study whose machines a worker process runs
+QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}  # Of the glitch, by keys in files
+ACCURACY = 5e-9  # Largest error of a glitch by the integration of the plant [m], where machines differ by micrometres
 
 
 def default_workers() -> int:
     """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-_STUDY: Callable[[int], Any]  # The study whose machines a worker process runs
 
 
 def _begin(study: Callable[[int], Any], stop: Connection) -> None:
@@ -217,10 +217,6 @@ def _require_workers(client: Any, address: str, timeout: float) -> None:
         raise FricError(f"a worker of the Dask scheduler at {address} has no fric", hint=hint) from None
     if other := set(versions.values()) - {fric.__version__}:
         raise FricError(f"a worker of the Dask scheduler at {address} has fric {', '.join(sorted(other))}", hint=hint)
-
-
-QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}  # Of the glitch, by keys in files
-ACCURACY = 5e-9  # Largest error of a glitch by the integration of the plant [m], where machines differ by micrometres
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,9 @@ from fric.simulate.machine import Axis, Machine
 from fric.verb import refused, require_within
 
 Intervals = Mapping[str, tuple[float, float]]  # 95 %, by parameter, also ``negative.F_c`` (direction), ``k_2`` (block)
+Distribution = Literal["uniform", "log-uniform", "normal", "log-normal"]
+GROUPS = {"level": "force", "stiffness": "stiffness"}  # Spreads of all friction parameters of one dimension
+PLANT = ("A", "B", "T_d", "K_f", "M")  # Spreads of the plant
 
 
 def normals(
@@ -105,12 +108,6 @@ def closed_intervals(name: str, estimate: Estimate) -> tuple[dict[str, tuple[flo
         else:
             refused.append(label)
     return found, refused
-
-
-Distribution = Literal["uniform", "log-uniform", "normal", "log-normal"]
-
-GROUPS = {"level": "force", "stiffness": "stiffness"}  # Spreads of all friction parameters of one dimension
-PLANT = ("A", "B", "T_d", "K_f", "M")  # Spreads of the plant
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from fric.export.translate import program as ir
 
 _POWERS = (64, 32, 16, 8, 4, 2, 1)
 INTRINSIC = ("min", "max", "copysign", "log1p")  # Functions that do not come from the C library
+_RESERVED = ir.reserved("c")
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,6 @@ def helpers(program: ir.Program, dialect: Dialect) -> str:
         ln_2=number(0.6931471805599453), factors=", ".join(number(2.0**n) for n in _POWERS),
         powers=", ".join(number(n) for n in _POWERS), last=number(41.0),
     ).rstrip()  # fmt: skip
-
-
-_RESERVED = ir.reserved("c")
 
 
 def c_routines(program: ir.Program, dialect: Dialect) -> str:

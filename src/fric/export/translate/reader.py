@@ -34,8 +34,8 @@ _INTRINSICS: dict[object, str] = {
     elementary.exp: "exp", elementary.log1p: "log1p", elementary.power: "pow",
 }  # fmt: skip
 
-
 MOST_PASSES = 64  # Largest number of passes of an unrolled loop
+INTERFACE = ("init", "reset", "step")  # Names of the exported part itself
 
 
 class Body:
@@ -382,9 +382,6 @@ def _ends(body: list[ast.stmt]) -> bool:
     if isinstance(last := body[-1], ast.If):
         return bool(last.orelse) and _ends(last.body) and _ends(last.orelse)
     return isinstance(last, ast.Return)
-
-
-INTERFACE = ("init", "reset", "step")  # Names of the exported part itself
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,7 @@ ACCURACY = 1e-10  # Largest error of the position by the integration [m]
 RESONANCE = 50.0  # Frequency of a heavy mass on its contact before sliding, if the mass is not known [Hz]
 DELAY = 2 / RATE  # Assumed delay of a drive without a known plant [s]
 MOST_SIMULATED = 1_000_000  # Largest number of controller samples in a simulated record
+MEMORY = 8  # Lags at which residuals are compared [samples]
 
 
 def usual_cascade(plant: Plant, sampling: float, lags: float) -> Cascade:
@@ -137,9 +138,6 @@ class Hunting:
 def _counts(record: Prepared) -> bool:
     """Return whether a record moves back and forth on an encoder with visible counts."""
     return not record.slides and record.motion.step > 0 and len(record.reversals) > 2
-
-
-MEMORY = 8  # Lags at which residuals are compared [samples]
 
 
 def hunting_share(measured: Real, simulated: Real, count: int) -> float:

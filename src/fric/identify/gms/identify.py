@@ -42,6 +42,9 @@ from fric.units import Motion, si_unit
 ASSUMED_C = 1e4  # Attraction parameter [N/s] without a record in sliding: a lag s/C of 10 to 16 ms for Table 1
 ASSUMED_RATE = 100.0  # The same over F_c [1/s], for forces in A, % or N·m, of which 1e4 would be another lag
 UNDETERMINED = float(np.log(10.0))  # Half width of log C's interval beyond which C is not determined: a factor of 10
+INERTIA = 0.1  # Share of inertia in the force above which a sine is too fast
+HOLLOW = 0.02  # Share of F_s by which a virgin curve is below a concave curve, beyond its error, that gives a warning
+LEVEL = 0.03  # Deviation of Σ alpha from 1 that gives a warning
 
 
 @dataclass(frozen=True)
@@ -432,11 +435,6 @@ def _replayed(record: Prepared, model: FrictionModel, cycles: tuple[int, int] | 
     replayed = record.replay(model)
     values = record.record_part(record.force - replayed)
     return Replay(record, replayed + record.own @ values, held_out, values)
-
-
-INERTIA = 0.1  # Share of inertia in the force above which a sine is too fast
-HOLLOW = 0.02  # Share of F_s by which a virgin curve is below a concave curve, beyond its error, that gives a warning
-LEVEL = 0.03  # Deviation of Σ alpha from 1 that gives a warning
 
 
 def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[Notice]:

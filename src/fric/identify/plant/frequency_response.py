@@ -24,6 +24,11 @@ TALL, SURELY = 0.05, 0.3  # Least share of the tallest line for a driven line, a
 QUIET = 12  # Number of lines, not driven, that show the distortion of a driven line
 ALONE = 0.9  # Share of the driver's power above which a single segment dominates a line, as at a step in the reference
 HANN_CORRELATION = 1 + 2 * ((2 / 3) ** 2 + (1 / 6) ** 2)  # Lines per independent one: neighbours correlate by 2/3, 1/6
+LEAST_ASKED = 0.01  # Share of the motion that a reference asks for, if it drives the axis: a resonance is less
+DRIVEN_APART = 1.5  # Ratio of two amplitudes above which they separate driven lines from the others
+LESS = 0.75  # Least power of that ratio by which a driven line grows
+SINE = 0.865  # Mean of a sine's size over its deviation is 0.90, that of normally distributed values 0.80: between them
+STRETCHES = 16  # Stretches of a motion, in each of which a sweep is about a sine
 
 
 class Spectra(NamedTuple):
@@ -233,11 +238,6 @@ def _smoothed(variance: Real, freedom: int) -> Real:
     return np.where(np.isfinite(log), np.exp(mean - bias), np.inf)
 
 
-LEAST_ASKED = 0.01  # Share of the motion that a reference asks for, if it drives the axis: a resonance is less
-DRIVEN_APART = 1.5  # Ratio of two amplitudes above which they separate driven lines from the others
-LESS = 0.75  # Least power of that ratio by which a driven line grows
-
-
 class MeanLines(NamedTuple):
     """Lines of a period: frequency [Hz], mean complex amplitude of input [V] and position [m], which are driven; (n,).
 
@@ -326,10 +326,8 @@ def distortion(spectra: Spectra, driven: Mask) -> Real:
 
 SEGMENTS = 8  # Length of the record over that of a Welch segment, unless another is given
 
-
 DISTORTED = 1.5  # Ratio to the noise of a line above which the periodic part at its neighbours is more than noise
 COHERENT = 0.5  # Coherence above which a signal counts as driven by another
-
 
 UNKNOWN = 1e9  # Relative deviation of a line without an estimate of its noise: its weight is practically 0
 
@@ -524,10 +522,6 @@ def as_table(record: Log, frequency: Real, G: Complex, deviation: Real, coherenc
     columns = (frequency, np.abs(G), np.angle(G), coherence, unknown)
     f, magnitude, phase, coherence, unknown = (column[found] for column in columns)
     return FrequencyResponse(f, magnitude, np.unwrap(phase), coherence, unknown, **about)
-
-
-SINE = 0.865  # Mean of a sine's size over its deviation is 0.90, that of normally distributed values 0.80: between them
-STRETCHES = 16  # Stretches of a motion, in each of which a sweep is about a sine
 
 
 def _motion(v: Real) -> tuple[float, float, bool]:

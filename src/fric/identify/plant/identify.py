@@ -46,6 +46,15 @@ from fric.search import simplest
 from fric.units import Motion, is_effort, readable, rotates, si_unit
 
 COARSEST = 0.3  # Relative deviation up to which the logarithm of a response is practically unbiased
+FLOOR = 1e-5  # Least relative deviation of a line: the rounding of a logged force
+LONGEST = 25e-3  # Longest delay in the search [s], and four times the longest lead
+FEW_LINES = 8  # Least number of lines for the fit of the lag, if the record has them
+MEANS = 4  # Least number of steady segments for a line through their means
+BENT = 0.02  # Largest deviation of the means from their line, as a share of their range
+SMALL = 0.03  # Largest share of friction in a correct A
+QUIET = 20.0  # Largest frequency in the search for friction's harmonics [Hz]; above it encoder steps cause more voltage
+ACCELERATES = 0.02  # Least acceleration of a record (rms), as a share of the greatest, for the fit of a rigid axis
+_EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
 
 
 class Lines(NamedTuple):
@@ -531,11 +540,6 @@ def _lag_described(lag: Estimate, corner: Estimate | None, sampling: float) -> l
     return [flaws.FORCE_LAGS.found(lag=size, samples=abs(samples), late=samples, corner=corner)]
 
 
-FLOOR = 1e-5  # Least relative deviation of a line: the rounding of a logged force
-LONGEST = 25e-3  # Longest delay in the search [s], and four times the longest lead
-FEW_LINES = 8  # Least number of lines for the fit of the lag, if the record has them
-
-
 class FittedLag(NamedTuple):
     """K_f, delay and filter of one record."""
 
@@ -610,10 +614,6 @@ def pooled_lags(fits: Sequence[FittedLag]) -> tuple[Real, Real, float]:
     return mean, joint * np.sqrt(np.outer(variance, variance)), freedom
 
 
-MEANS = 4  # Least number of steady segments for a line through their means
-BENT = 0.02  # Largest deviation of the means from their line, as a share of their range
-
-
 def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate | None, tuple[Notice, ...]]:
     """Return K_f [N/V] as the slope of mean force over mean input of steady segments, and warnings.
 
@@ -647,7 +647,6 @@ UNSURE_SWEEP = 0.33
 """Deviation of ln B in a sweep, as a share of what friction has in the response: of 32 axes simulated by LuGre and an
 elasto-plastic model, with no fric code, its rms is 0.33, where a multisine leaves 0.05 (14 axes)."""
 SURE = 0.99  # Probability below which two responses count as different
-
 
 Method = Literal["response", "motion"]
 
@@ -940,10 +939,6 @@ def _off(lines: Lines, solution: PlantSolution) -> Complex:
     return np.asarray(np.log(lines.response / solution.response(lines.frequency, lines.hold)))
 
 
-SMALL = 0.03  # Largest share of friction in a correct A
-QUIET = 20.0  # Largest frequency in the search for friction's harmonics [Hz]; above it encoder steps cause more voltage
-
-
 def described(
     fits: Sequence[ResponseFit], solution: PlantSolution, friction: FrictionInfluence, estimates: dict[str, Estimate],
     hold: float | None,
@@ -1034,7 +1029,6 @@ REST = 0.05  # Share of the largest speed below which the axis rests or creeps, 
 ONE_WAY = 0.02  # Travel of a motion one way over that the other way below which it goes one way
 RESTS = 0.1  # Share of such samples above which they are left out; without a filter they always are
 FEWEST = 30  # Least number of samples of a fit
-
 
 RigidAxis = tuple[Real, Real]  # M, F_v, F_c and offset of a rigid axis, shape (4,), and their covariance (4, 4)
 
@@ -1200,10 +1194,6 @@ def _finer(rigid: RigidAxis, replay: RigidAxis | None) -> RigidAxis:
     if np.prod(other) < np.prod(half) or (np.abs(off)[:3] > half).any():
         return replay
     return values, statistics.widened(covariance, replay[1] + np.outer(off, off))
-
-
-ACCELERATES = 0.02  # Least acceleration of a record (rms), as a share of the greatest, for the fit of a rigid axis
-_EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
 
 
 def _of_timing(X: Real, late: Real, residual: Real, lengths: Sequence[int]) -> Real:

@@ -24,6 +24,9 @@ from fric.search import ranked
 from fric.statistics import rms
 
 Masks = tuple[Mask, ...]  # Samples of each record, each of shape (n,)
+NEAR = 0.3  # Time after a reversal that counts as near it [s]
+LENGTHS = 10.0  # Pre-sliding lengths after a reversal that count as near it
+Modelled = Callable[[Prepared], Real]  # The force of a fit along a record [N], shape (n,)
 
 
 def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple[Masks, ...]:
@@ -51,10 +54,6 @@ def split_by_folds(records: Sequence[Prepared], folds: int) -> tuple[Masks, ...]
     """Return ``folds`` splits: each record is cut into as many parts, each of which a fit to the others scores."""
     part = [(np.cumsum(record.used) - 1) * folds // max(int(record.used.sum()), 1) for record in records]
     return tuple(tuple(r.used & (p != fold) for r, p in zip(records, part, strict=True)) for fold in range(folds))
-
-
-NEAR = 0.3  # Time after a reversal that counts as near it [s]
-LENGTHS = 10.0  # Pre-sliding lengths after a reversal that count as near it
 
 
 def presliding_length(record: Prepared) -> float:
@@ -188,9 +187,6 @@ def compare_models(
     of_scores = ((score.name, warning) for score in scores for warning in score.fits[0].warnings)
     warnings = [warning.at(name) for name, warning in of_scores if warning.code not in of_records]
     return Comparison(tuple(scores), tuple(records), near, lengths, tuple(plain), winner, leads, (*amiss, *warnings))
-
-
-Modelled = Callable[[Prepared], Real]  # The force of a fit along a record [N], shape (n,)
 
 
 def _held_out(

@@ -55,6 +55,10 @@ SPANS_ALIKE = 1.5  # Ratio of the spans of two records up to which they count as
 LAGS = 10  # Lags at which residuals are tested against white noise
 Beyond = Callable[[Search, Real, Real], Real]
 """Increase of a covariance (s, s) that residuals do not show: of a search, its end (p,), and directions seen (p, s)."""
+YIELDS = 0.1  # Share of the travel of a sample within which a contact yields, of which the samples show no start
+MOST_IN_MOTION = 20_000  # Samples of a motion that are replayed for a plant at most: of more, every n-th
+MOST_MOTIONS = 5  # Motions that are replayed for a plant at most, some seconds each: those that show the mass best
+BLIND = 1e-6  # Share of the largest effect of a direction below which records do not determine a direction
 
 
 def white(residual: Real, lengths: Sequence[int]) -> bool:
@@ -699,9 +703,6 @@ def _tiny(target: Real, count: int) -> Real:
     return 1e-12 * float(target @ target) * np.eye(count)
 
 
-YIELDS = 0.1  # Share of the travel of a sample within which a contact yields, of which the samples show no start
-
-
 @dataclass(frozen=True)
 class ReplayFit:
     """A model fitted by replay."""
@@ -967,10 +968,6 @@ def _described(
     )  # fmt: skip
 
 
-MOST_IN_MOTION = 20_000  # Samples of a motion that are replayed for a plant at most: of more, every n-th
-MOST_MOTIONS = 5  # Motions that are replayed for a plant at most, some seconds each: those that show the mass best
-
-
 def axis_in_motion(records: Sequence[Prepared]) -> RigidAxis | None:
     """Return M, F_v, F_c and offset of a rigid axis (4,) and their covariance (4, 4), from its motions.
 
@@ -1073,9 +1070,6 @@ def _covariance(search: Search, point: Point, basis: Real, quantile: float, beyo
     found = replay_covariance(shown, point.residual, search.records, quantile)
     found = found + of_supposed(search, point, shown, quantile)
     return found if beyond is None else np.asarray(found + beyond(search, point.x, basis))
-
-
-BLIND = 1e-6  # Share of the largest effect of a direction below which records do not determine a direction
 
 
 def replay_information(

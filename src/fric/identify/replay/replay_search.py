@@ -42,6 +42,8 @@ Key = tuple[str, str]  # Section and name of a parameter
 
 LEVEL = Parameter("ratio", doc="friction level of the records relative to the static map", typical=1.0, name="level")
 """Scale of F_c and F_s of a fixed static map, if each record has a level of friction."""
+FEW_A_SWING = 75  # Samples from reversal to reversal below which a motion may change between them
+BLOCK_STEP = 1e-4  # Step of the difference quotients, in the logarithm of alpha or k
 
 
 @dataclass(frozen=True)
@@ -423,9 +425,6 @@ class Search:
         return x
 
 
-FEW_A_SWING = 75  # Samples from reversal to reversal below which a motion may change between them
-
-
 def few_a_swing(record: Prepared) -> bool:
     """Return whether few samples show a swing, at a rate that is low for what a position loop passes."""
     slow = 5.0 * BANDWIDTH * float(np.median(np.diff(record.motion.time))) > 1.0
@@ -480,9 +479,6 @@ def _stiffness(record: Prepared, force: Real) -> Real:
     dz, dF = np.abs(np.diff(record.motion.position)), np.abs(np.diff(force))
     slope = np.divide(dF, dz, out=np.zeros_like(dz), where=dz > 1e-6 * float(dz.max()))
     return np.maximum(np.append(slope, 0.0), np.append(0.0, slope))
-
-
-BLOCK_STEP = 1e-4  # Step of the difference quotients, in the logarithm of alpha or k
 
 
 def block_slopes(coordinates: Coordinates, x: Real, record: Prepared, *, both: bool) -> dict[int, Real]:

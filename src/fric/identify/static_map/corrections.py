@@ -30,6 +30,8 @@ from fric.statistics import DIFFERENT, OF_TWO, mixed_model, reach, sandwich
 RECORDS = 8  # Least number of records of a single speed each whose levels are separable from the map
 _LEVELS = ("F_c", "F_s")
 FEW_STROKES = 3  # Least number of strokes of a record, at two speeds or more, to separate its level from the map
+FINER = 4  # Number of cells of the travel for the evaluation of places
+CELLS, LONG = 512, 16  # Cells of the travel for what is left over position, and cells of a stroke that shows it
 
 
 def between_records(strokes: Strokes) -> Correction | None:
@@ -115,9 +117,6 @@ def _told(of: Sequence[str], v: Real) -> tuple[list[str], bool]:
     enough = {name: v for name, v in speeds.items() if len(v) >= FEW_STROKES}
     several = sorted(name for name, v in enough.items() if max(v) > 1.5 * min(v))
     return several or (sorted(enough) if len(enough) >= RECORDS else []), not several
-
-
-FINER = 4  # Number of cells of the travel for the evaluation of places
 
 
 def place(strokes: Strokes) -> Correction | None:
@@ -216,9 +215,6 @@ class Profile:
                 point, force=point.force - float(size), standard_error=error, over_position=float(size)
             )
         return found
-
-
-CELLS, LONG = 512, 16  # Cells of the travel for what is left over position, and cells of a stroke that shows it
 
 
 def one_place(strokes: Strokes) -> Correction | None:

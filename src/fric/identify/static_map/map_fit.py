@@ -37,6 +37,7 @@ DESCRIPTIONS = {  # Names of the forms, in the order in which they are reported
     "ages": "with an F_s that ages",
     "each": "by a map for each direction",
 }
+DIMENSIONS = {p.name: p.dimension for p in StaticMap.parameters} | {"offset": "force"}
 
 
 def weighted_rms(weight: Real, errors: Real) -> float:
@@ -263,9 +264,6 @@ def aged(problem: StribeckProblem, solution: MapSolution) -> Ageing:
     if found.x[2] < LEAST_RISE:  # at its bound neither the rise nor the speed at which it begins is free
         jacobian = np.delete(jacobian, [2, 6], axis=1)
     return Ageing(float(found.x[2] * scale[2]), found.fun * error, jacobian * error[:, None])
-
-
-DIMENSIONS = {p.name: p.dimension for p in StaticMap.parameters} | {"offset": "force"}
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ ROW = ", row "  # Separator of the name of a table and the number of a row
 UNEVEN = 0.25  # Largest relative difference in speed of the halves of a stroke with ripple
 RISES = 0.02  # Least rise of the force in the second half of a stroke that ends in pre-sliding, as a share
 ENDS = 0.15  # Share of the travel left out at either end of a stroke with ripple, for its ramps
+SHORT = 32  # Number of lags summed one by one before a Fourier transform of all
 
 
 @dataclass(frozen=True)
@@ -302,9 +303,6 @@ def median(samples: Real, step: float = 0.0) -> Mean:
     low, high = np.quantile(x, [0.5 - half, 0.5 + half])
     rounding = step / np.sqrt(12)
     return Mean(middle, float(np.hypot((high - low) / 2, rounding)), rounding)
-
-
-SHORT = 32  # Number of lags summed one by one before a Fourier transform of all
 
 
 def autocorrelation_time(x: Real, window: float = 5.0) -> float:

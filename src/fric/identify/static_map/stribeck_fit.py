@@ -31,6 +31,7 @@ from fric.statistics import excess_variance, of_one_size, robust_deviation
 PARAMETERS = (*STATIC_PARAMETERS, "offset")
 DELTA_RANGE = (0.3, 3.0)
 V_S_BEYOND = 5.0  # v_s is searched from the lowest speed divided by this to the highest speed times this
+Cost = Callable[[Real], float]
 
 
 @dataclass(frozen=True)
@@ -237,9 +238,6 @@ def profile_interval(
         else:
             limits.append(float(brentq(rise, inner, outer, xtol=1e-3 * abs(outer - best_value))))
     return limits[0], limits[1]
-
-
-Cost = Callable[[Real], float]
 
 
 def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) -> Real:
