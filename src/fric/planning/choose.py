@@ -131,9 +131,8 @@ def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
     if len(found) < REST:
         found = np.concatenate(whole or [found])
     if len(found) < REST:
-        raise FricError(
-            "the log has no force that tells its noise", where=logs[0].where, hint="Give one with samples at rest."
-        )
+        hint = "Give one with samples at rest."
+        raise FricError("the log has no force that tells its noise", where=logs[0].where, hint=hint)
     steps = [step for log in logs if log.position is not None and (step := lattice_step(log.position))]
     axis = replace(axis, force_noise=float(np.sqrt(np.mean(found**2) / 6.0)))
     return replace(axis, encoder=Encoder(float(np.median(steps)))) if steps else axis
@@ -169,10 +168,8 @@ def choose(
         for trial in record.trials(axis):
             if broken := limits.broken_by(trial.reference):
                 value = readable(getattr(limits, broken), si_unit(FilePart[Limits].dimensions[broken], axis.motion))
-                raise FricError(
-                    f"the {broken} of {value} leaves no room for '{trial.name}'",
-                    hint=f"Allow more {broken}, or a faster or softer axis.",
-                )
+                hint = f"Allow more {broken}, or a faster or softer axis."
+                raise FricError(f"the {broken} of {value} leaves no room for '{trial.name}'", hint=hint)
     return found
 
 
@@ -321,10 +318,8 @@ def narrowing(
     """
     model = axis.friction
     if not isinstance(model, GMS):
-        raise FricError(
-            "planning needs a GMS model with a common map for both directions",
-            hint="Identify one with `fric identify gms`; `fric plan --friction` says which records that takes.",
-        )
+        hint = "Identify one with `fric identify gms`; `fric plan --friction` says which records that takes."
+        raise FricError("planning needs a GMS model with a common map for both directions", hint=hint)
     known = _known_of(covariances, model)
     planned = choose(axis, limits)
     circle = next(record for record in planned if record.kind == "circle").settings

@@ -379,9 +379,8 @@ def measured_record(given: Any, name: str | None, of: tuple[str, Motion]) -> Log
     found = stated or [log for log in shown if kind_of(log) == "frequency-response"]
     if len(found) != 1:
         text = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")
-        raise FricError(
-            f"there are {text}, and one is needed", where=where, hint="Name the one with `record=`, or ingest it."
-        )
+        hint = "Name the one with `record=`, or ingest it."
+        raise FricError(f"there are {text}, and one is needed", where=where, hint=hint)
     return evened(found[0])[0] if isinstance(found[0], Log) else found[0]  # the plant says what was resampled
 
 
@@ -389,9 +388,8 @@ def _resonance(text: str) -> StructuralMode:
     """Parse ``FREQUENCY,DAMPING[,SHARE]``."""
     frequency, *rest = (part.strip() for part in text.split(","))
     if (numbers := doubles(rest)) is None or not 1 <= len(numbers) <= 2:
-        raise FricError(
-            f"'{text}' is not a resonance", hint="Write frequency, damping and share, as in '280 Hz, 0.02, 0.1'."
-        )
+        hint = "Write frequency, damping and share, as in '280 Hz, 0.02, 0.1'."
+        raise FricError(f"'{text}' is not a resonance", hint=hint)
     return StructuralMode(in_si(frequency, "frequency"), *map(float, numbers))
 
 
