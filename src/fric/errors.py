@@ -13,6 +13,12 @@ R = TypeVar("R")
 MOST_CHARACTERS = 400  # Characters of each part of a message at most
 FLAGS = {"circles": "--circle", "controllers": "--controller", "mapping": "--map", "machines": "--monte-carlo"}
 """Options of most commands whose name differs from that of their argument."""
+REWORDED = {  # What pydantic says of a value, and what a user reads
+    "Value error, ": "", "Input should be a valid integer": "give a whole number",
+    "Input should be a valid string": "give a text", "Input should be greater than or equal to": "give at least",
+    "Input should be a valid": "give a", "Input should be less than or equal to": "give at most",
+    "Input should": "it should",
+}  # fmt: skip
 
 
 def clean(text: str) -> str:
@@ -46,14 +52,6 @@ def require_name(name: str, where: str = "", what: str = "an axis") -> str:
             hint="Take letters, digits, spaces and _ . + -, 40 at most, a letter or a digit first.",
         )  # fmt: skip
     return name
-
-
-REWORDED = {  # What pydantic says of a value, and what a user reads
-    "Value error, ": "", "Input should be a valid integer": "give a whole number",
-    "Input should be a valid string": "give a text", "Input should be greater than or equal to": "give at least",
-    "Input should be a valid": "give a", "Input should be less than or equal to": "give at most",
-    "Input should": "it should",
-}  # fmt: skip
 
 
 def reworded(said: str) -> str:

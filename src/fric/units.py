@@ -42,6 +42,25 @@ OF_FORCE = {"force": "", "mass": "*s^2/{m}", "viscous": "*s/{m}", "stiffness": "
 OF_INPUT = {dimension for dimension, (unit, _) in SI_UNITS.items() if "V" in unit}
 LARGEST_GAIN = 1e5  # Largest ratio of amplitudes that means anything of a loop: 100 dB
 LARGEST_PEAK = 10.0  # Largest M_s that a loop is designed for: it is then 0.1 from the point −1
+_EVERYDAY: dict[tuple[str, str], float] = {  # Common units by their SI unit, to load Pint more seldom; a test compares
+    ("ms", "s"): 1e-3, ("us", "s"): 1e-6, ("µs", "s"): 1e-6, ("100 ns", "s"): 1e-7,  # of stamps of Windows
+    ("kHz", "Hz"): 1e3, ("mm", "m"): 1e-3, ("um", "m"): 1e-6,
+    ("µm", "m"): 1e-6, ("mm/s", "m/s"): 1e-3, ("um/s", "m/s"): 1e-6, ("µm/s", "m/s"): 1e-6, ("mN", "N"): 1e-3,
+    ("kN", "N"): 1e3, ("mN*m", "N*m"): 1e-3, ("mV", "V"): 1e-3, ("N/um", "N/m"): 1e6, ("N/µm", "N/m"): 1e6,
+}  # fmt: skip
+MOST_LETTERS = 60  # Largest length of a unit
+_STEP = re.compile(r"(0?\.0{0,8}1|10{0,8})(?: |(?=[A-DF-Za-df-zµ]))([^\s\d].*)")  # A drive's, as ``0.1 rpm``, ``100ns``
+_POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")  # A small exponent that has no exponent itself
+_SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")  # Signs of a unit; Pint passes over others, and takes $mm for mm
+_SPELLED = {  # Units as headers spell them that Pint does not know
+    **dict.fromkeys(["U/min", "Upm", "RPM", "min-1", "r/min", "tr/min", "giri/min", "rev/min"], "rpm"),
+    "Volt": "V", **dict.fromkeys(["Sek", "Sek.", "sek"], "s"), **dict.fromkeys(["Arms", "Apk", "Amps", "Amp"], "A"),
+}  # fmt: skip
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+_PREFIXED = {  # Units that people read with a prefix, unlike others (rad, kg, N·s/m, …)
+    "m", "N", "V", "s", "Hz", "m/s", "m/V", "N*m", "J", "N/m", "N*m/rad", "N/s", "N*m/s", "N*m*s/rad", "A", "A/m",
+    "A/rad", "A/s", "A*s/m", "A*s/rad", "A/V",
+}  # fmt: skip
 
 
 def rotates(motion: str) -> bool:
@@ -120,14 +139,6 @@ def _registry() -> "pint.UnitRegistry[Any]":
         return pint.UnitRegistry()
 
 
-_EVERYDAY: dict[tuple[str, str], float] = {  # Common units by their SI unit, to load Pint more seldom; a test compares
-    ("ms", "s"): 1e-3, ("us", "s"): 1e-6, ("µs", "s"): 1e-6, ("100 ns", "s"): 1e-7,  # of stamps of Windows
-    ("kHz", "Hz"): 1e3, ("mm", "m"): 1e-3, ("um", "m"): 1e-6,
-    ("µm", "m"): 1e-6, ("mm/s", "m/s"): 1e-3, ("um/s", "m/s"): 1e-6, ("µm/s", "m/s"): 1e-6, ("mN", "N"): 1e-3,
-    ("kN", "N"): 1e3, ("mN*m", "N*m"): 1e-3, ("mV", "V"): 1e-3, ("N/um", "N/m"): 1e6, ("N/µm", "N/m"): 1e6,
-}  # fmt: skip
-
-
 @cache
 def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
     """Return the factor that takes a number in ``unit`` to the SI unit of ``dimension``."""
@@ -185,16 +196,6 @@ def is_unit(text: str) -> bool:
     except Exception:  # Pint's parser passes on the exceptions of its tokenizer on a text that is no unit
         return False
     return bool(text.strip())
-
-
-MOST_LETTERS = 60  # Largest length of a unit
-_STEP = re.compile(r"(0?\.0{0,8}1|10{0,8})(?: |(?=[A-DF-Za-df-zµ]))([^\s\d].*)")  # A drive's, as ``0.1 rpm``, ``100ns``
-_POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")  # A small exponent that has no exponent itself
-_SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")  # Signs of a unit; Pint passes over others, and takes $mm for mm
-_SPELLED = {  # Units as headers spell them that Pint does not know
-    **dict.fromkeys(["U/min", "Upm", "RPM", "min-1", "r/min", "tr/min", "giri/min", "rev/min"], "rpm"),
-    "Volt": "V", **dict.fromkeys(["Sek", "Sek.", "sek"], "s"), **dict.fromkeys(["Arms", "Apk", "Amps", "Amp"], "A"),
-}  # fmt: skip
 
 
 def _spelled(unit: str) -> str:
@@ -292,13 +293,6 @@ def parse_gain(text: str | float, above: float = 0.0, most: float = LARGEST_GAIN
         what = f"'{text}' is not a gain" + (f" above {above:g}" if above else "") + f", {most:g} at most"
         raise FricError(what, hint="Write decibels, as in '6 dB'.")
     return ratio
-
-
-_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-_PREFIXED = {  # Units that people read with a prefix, unlike others (rad, kg, N·s/m, …)
-    "m", "N", "V", "s", "Hz", "m/s", "m/V", "N*m", "J", "N/m", "N*m/rad", "N/s", "N*m/s", "N*m*s/rad", "A", "A/m",
-    "A/rad", "A/s", "A*s/m", "A*s/rad", "A/V",
-}  # fmt: skip
 
 
 def prefixed(value: float, unit: str) -> tuple[float, str]:

@@ -80,12 +80,8 @@ def find_fleet(given: Sequence[Path]) -> list[Unit]:
     if len(given) != 1 or not given[0].is_dir():
         return []
     machines = [path for path in sorted(given[0].iterdir()) if path.is_dir() and not path.name.startswith(".")]
-    units = [
-        Unit(machine.name, date.name, date.resolve())
-        for machine in machines
-        for date in sorted(machine.iterdir())
-        if date.is_dir()
-    ]
+    dates = (path for machine in machines for path in sorted(machine.iterdir()) if path.is_dir())
+    units = [Unit(date.parent.name, date.name, date.resolve()) for date in dates]
     dated = all(DATE.fullmatch(unit.date) for unit in units)
     return units if dated and {unit.machine for unit in units} == {machine.name for machine in machines} else []
 
@@ -245,11 +241,7 @@ class FleetResult(Result):
     @property
     def warnings(self) -> Sequence[Notice]:
         """What was guessed, left out, or could not be read, by machine and date."""
-        return [
-            notice.at(f"{outcome.unit.machine}/{outcome.unit.date}")
-            for outcome in self.outcomes
-            for notice in outcome.description
-        ]
+        return [notice.at(f"{of.unit.machine}/{of.unit.date}") for of in self.outcomes for notice in of.description]
 
     @cached_property
     def document(self) -> dict[str, Any]:

@@ -54,6 +54,13 @@ APART = 1.25  # Ratio of a stated K_p to the interval of the logs from which it 
 EXACT = 1.05  # Largest ratio of the limits of K_p of a circle that no log is held against
 WITHOUT = "report without circle"  # The step that makes the page where a circle or the machine prevents it
 MACHINES = 24  # Machines that are drawn from the intervals of what was identified
+FOUND: Mapping[str, tuple[str, ...]] = {  # Sections of each part's file that the table of results shows
+    "plant": (), "controller": (), "friction": ("static", "static_negative", "gms", "at_speed")
+}  # fmt: skip
+SHOWN = (  # The numbers that it shows
+    "A", "B", "T_d", "K_f", "K_f/B", "K_v", "K_p", "K_i", "velocity_feedforward",
+    "F_c", "F_s", "v_s", "delta", "sigma", "F_v", "offset", "C",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -277,9 +284,7 @@ class AutoResult(Result, schema=AutoDocument):
         if self.page is None:
             return []
         named = {notice.code for notice in (*self.verdict.why, *self.verdict.settled)}
-        items = [
-            (item, notice) for item in self.page.inputs.items for notice in item.warnings if notice.code not in named
-        ]
+        items = [(item, told) for item in self.page.inputs.items for told in item.warnings if told.code not in named]
         wrong = [f"wrong: {item.kind} of axis {item.axis}: {text}" for item, text in items if text.severity == "wrong"]
         doubts = {n.code: re.split(r"(?<!Eq)[.] ", n.says)[0].rstrip(".") for _, n in items if n.severity == "doubt"}
         return [*dict.fromkeys(wrong), *(f"doubt: {says} (`fric help {code}`)" for code, says in doubts.items())]
@@ -309,15 +314,6 @@ def _found(name: str, outcome: AxisOutcome) -> Table:
             if isinstance(alpha := section.get("alpha"), dict):
                 rows.append(("blocks", str(len(alpha["value"])), "", ""))
     return named(("", "value", "95 % interval", "unit"), rows, f"axis {name}", notices)
-
-
-FOUND: Mapping[str, tuple[str, ...]] = {  # Sections of each part's file that the table of results shows
-    "plant": (), "controller": (), "friction": ("static", "static_negative", "gms", "at_speed")
-}  # fmt: skip
-SHOWN = (  # The numbers that it shows
-    "A", "B", "T_d", "K_f", "K_f/B", "K_v", "K_p", "K_i", "velocity_feedforward",
-    "F_c", "F_s", "v_s", "delta", "sigma", "F_v", "offset", "C",
-)  # fmt: skip
 
 
 @verb

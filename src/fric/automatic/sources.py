@@ -233,8 +233,7 @@ def _guessed(
         found.description += sure.notices(str(file))
     for part in wanted:
         for path in part.files:
-            axis = part.axis.name if len(wanted) > 1 else None
-            why = _read(path, str(file), found, seen, axis=axis, assume=assume)
+            why = _read(path, str(file), found, seen, axis=part.axis.name if len(wanted) > 1 else None, assume=assume)
             if why:
                 asking[path] = why
             else:

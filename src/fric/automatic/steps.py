@@ -95,11 +95,7 @@ def _repeated(flag: str, value: Any) -> list[object]:
 
 def _plain(verb: Callable[..., Result]) -> Callable[[Step, Advance], Result]:
     """Return a factory of steps that take the options of the verb's command."""
-
-    def made(step: Step, _: Advance) -> Result:
-        return verb(*step.given, **step.options)
-
-    return made
+    return lambda step, _: verb(*step.given, **step.options)
 
 
 def _shaken(step: Step, _: Advance) -> Result:
@@ -310,9 +306,7 @@ class Session(Journal):
         head = ["#!/bin/sh", "# What `fric auto` ran, to be run again by hand.", "set -eu"]
         head.append(f"cd {_quoted(str(Path.cwd()))}")
         texts = {"steps.sh": [*head, *self.script], "steps.log": self.log}
-        files = {
-            name: "\n".join([*lines, ""]).encode("utf-8", "surrogateescape") for name, lines in texts.items() if lines
-        }
+        files = {of: "\n".join([*lines, ""]).encode("utf-8", "surrogateescape") for of, lines in texts.items() if lines}
         write_folder(self.folder, files, force=True)
 
 

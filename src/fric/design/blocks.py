@@ -14,6 +14,11 @@ from fric.errors import FricError
 from fric.search import minimised
 
 TRIED = 25
+GAINS = (0.25, 6.0)  # How much K_p and K_i together, and K_v, may differ from those of the present cascade, as factors
+FILTER = 1.0  # Largest corner of the velocity filter over the sampling rate: there it is the plain first difference
+STEPS = 160  # Loops that are tried; with twice as many J falls by less than 1 % on the axes of the paper
+PERIOD = 2.0  # Time between two like reversals of the disturbance [s]
+STEEPNESS = 30.0  # What a peak sensitivity that is too large by a share costs, in the logarithm of J
 
 
 @dataclass(frozen=True)
@@ -81,13 +86,6 @@ def loop_with(
     """Return the whole loop with a block as its controller, or else the blocks to go with it."""
     controller, blocks = (block, ()) if block.kind == "controller" else (None, (block,))
     return WholeLoop(setting.plant, cascade, Delta, controller, setting), blocks
-
-
-GAINS = (0.25, 6.0)  # How much K_p and K_i together, and K_v, may differ from those of the present cascade, as factors
-FILTER = 1.0  # Largest corner of the velocity filter over the sampling rate: there it is the plain first difference
-STEPS = 160  # Loops that are tried; with twice as many J falls by less than 1 % on the axes of the paper
-PERIOD = 2.0  # Time between two like reversals of the disturbance [s]
-STEEPNESS = 30.0  # What a peak sensitivity that is too large by a share costs, in the logarithm of J
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,11 @@ from fric.friction.gms import GMS
 
 LOWEST = 1e-4  # Least corner of the velocity filter, and least crossover, over the sampling rate
 TRIED = 40  # crossovers or gains tried across the range, before the border is refined
+SPEEDS = 12  # Speeds at which the margin is looked for, from a twentieth to four times v_s
+MARGIN = 1.25  # By what factor friction may fall more steeply than was identified, with gains that are designed
+GAINS = ((1.0, 1.2, 1.4, 1.6, 1.8), (1.0, 0.6, 0.35), (1.0, 0.8, 0.6), (1.0, 2.0), (1.0, 0.75, 0.5))
+"""What is tried, as factors: K_p, K_i over K_p, K_v, corner of the velocity filter, cutoff of the observer."""
+FASTEST = 0.25  # Largest corner of the velocity filter, of the sampling rate
 
 
 @dataclass(frozen=True)
@@ -221,13 +226,6 @@ def _wanted(asked: Requirement) -> str:
 def _gains(cascade: Cascade, text: Callable[[float], str] = "{:.4g}".format) -> str:
     K_i = text(cascade.K_i) if cascade.K_i else "0"
     return f"K_p {text(cascade.K_p)}, K_i {K_i}, K_v {text(cascade.K_v)} (SI)"
-
-
-SPEEDS = 12  # Speeds at which the margin is looked for, from a twentieth to four times v_s
-MARGIN = 1.25  # By what factor friction may fall more steeply than was identified, with gains that are designed
-GAINS = ((1.0, 1.2, 1.4, 1.6, 1.8), (1.0, 0.6, 0.35), (1.0, 0.8, 0.6), (1.0, 2.0), (1.0, 0.75, 0.5))
-"""What is tried, as factors: K_p, K_i over K_p, K_v, corner of the velocity filter, cutoff of the observer."""
-FASTEST = 0.25  # Largest corner of the velocity filter, of the sampling rate
 
 
 def falling_margin(plant: Plant, cascade: Cascade, friction: GMS, blocks: tuple[ControlBlock, ...] = ()) -> float:

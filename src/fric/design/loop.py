@@ -195,16 +195,11 @@ class Margins:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the margins as a document has them, in degrees and decibels; what is infinite is left out."""
-        text: dict[str, tuple[float, str]] = {
-            "phase_margin": (float(np.degrees(self.phase_margin)), "deg"),
-            "gain_margin": (decibel(self.gain_margin), "dB"),
-            "gain_reduction": (decibel(self.gain_reduction) if self.gain_reduction else float("inf"), "dB"),
-            "peak_sensitivity": (decibel(self.peak_sensitivity), "dB"),
-            "crossover": (self.crossover, "Hz"),
-            "phase_crossover": (self.phase_crossover, "Hz"),
-            "peak_frequency": (self.peak_frequency, "Hz"),
-            "bandwidth": (self.bandwidth, "Hz"),
-        }
+        text: dict[str, tuple[float, str]] = {"phase_margin": (float(np.degrees(self.phase_margin)), "deg")}
+        for name in ("gain_margin", "gain_reduction", "peak_sensitivity"):
+            text[name] = (decibel(gain) if (gain := getattr(self, name)) else float("inf"), "dB")
+        for name in ("crossover", "phase_crossover", "peak_frequency", "bandwidth"):
+            text[name] = (getattr(self, name), "Hz")
         return {name: {"value": value, "unit": unit} for name, (value, unit) in text.items() if np.isfinite(value)}
 
 

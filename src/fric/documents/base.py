@@ -216,13 +216,10 @@ def provenance(logs: Iterable[Record] = ()) -> dict[str, Any]:
     The time is ``SOURCE_DATE_EPOCH`` if set, so that an output can be reproduced to the last byte.
     """
     program = Path(sys.argv[0]).name.replace("__main__.py", "fric")
-    return {
-        "fric": fric.__version__,
-        "created": now().isoformat(timespec="seconds"),
-        "command": shlex.join(_COMMAND.get() or (program, *sys.argv[1:])),
-        **arithmetic(),
-        "logs": [{"file": log.source, "record": log.name, "sha256": log.sha256} for log in logs],
-    }
+    command = shlex.join(_COMMAND.get() or (program, *sys.argv[1:]))
+    made = {"fric": fric.__version__, "created": now().isoformat(timespec="seconds"), "command": command}
+    read = [{"file": log.source, "record": log.name, "sha256": log.sha256} for log in logs]
+    return made | arithmetic() | {"logs": read}
 
 
 @cache
@@ -315,16 +312,10 @@ def nested(kind: Any, given: Any, name: str) -> Any:
     try:
         return TypeAdapter(kind).validate_python(given)
     except ValidationError as error:
-        text = [
-            InitErrorDetails(
-                type=PydanticCustomError("nested", "{told}", {"told": error["msg"]})
-                if "ctx" in error
-                else error["type"],
-                loc=(name, *error["loc"]),
-                input=error["input"],
-            )
-            for error in error.errors()
-        ]
+        text = []
+        for told in error.errors():
+            of = PydanticCustomError("nested", "{told}", {"told": told["msg"]}) if "ctx" in told else told["type"]
+            text.append(InitErrorDetails(type=of, loc=(name, *told["loc"]), input=told["input"]))
         raise ValidationError.from_exception_data(name, text) from None
 
 

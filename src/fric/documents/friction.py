@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fric.identify.replay.replay_fit import ReplayFit
     from fric.identify.static_map.identify import StaticFit
     from fric.identify.static_map.map_fit import MapFit
+
 SCATTER = {"level": "ratio", "offset": "force", "mass": "mass"}
 
 
@@ -260,29 +261,18 @@ def _quality(fit: MapFit, unit: str) -> dict[str, Any]:
 def gms_tree(fit: GMSFit, logs: Sequence[Log], given: FrictionDocument | None = None) -> dict[str, Any]:
     """Return the friction document of an identified GMS model, the static map carried over."""
     force = si_unit("force", fit.motion)
-    records = [
-        known(
-            record=record.name,
-            kind=record.kind,
-            rmse=Estimate(record.rmse, force),
-            energy=record.energy,
-            rmse_held_out=None if record.rmse_held_out is None else Estimate(record.rmse_held_out, force),
-            prepared=PreparedPart.of(record.record.done, fit.motion),
-        )
-        for record in fit.records
-    ]
-    text = {
-        "rmse": Estimate(fit.rmse, force),
-        "alpha_sum": fit.alpha_sum,
-        "virgin_curve_rmse": Estimate(fit.curve_rmse, force),
-        "blocks": fit.reason,
-        "method": fit.method,
-        "records": records,
-    } | _used(fit.records[0].record.done.plant, fit.motion, "inertia", "damping")
+    records = []
+    for record in fit.records:
+        held_out = None if record.rmse_held_out is None else Estimate(record.rmse_held_out, force)
+        left = {"rmse": Estimate(record.rmse, force), "energy": record.energy, "rmse_held_out": held_out}
+        ready = PreparedPart.of(record.record.done, fit.motion)
+        records.append(known(record=record.name, kind=record.kind, **left, prepared=ready))
+    text: dict[str, Any] = {"rmse": Estimate(fit.rmse, force), "alpha_sum": fit.alpha_sum}
+    text |= {"virgin_curve_rmse": Estimate(fit.curve_rmse, force), "blocks": fit.reason, "method": fit.method}
+    text |= {"records": records} | _used(fit.records[0].record.done.plant, fit.motion, "inertia", "damping")
     text |= known(covariance=fit.covariance, between_records=fit.between_records or None)
-    content = {"axis": fit.axis, "motion": fit.motion} | (
-        given.content("static", "static_negative", "fit") if given else {"static": _plateau(fit)}
-    )
+    static = given.content("static", "static_negative", "fit") if given else {"static": _plateau(fit)}
+    content = {"axis": fit.axis, "motion": fit.motion} | static
     content |= {"gms": {"alpha": fit.alpha, "k": fit.k, "C": fit.C}, "gms_fit": text}
     return _built_upon(given, content, fit.warnings, logs)
 
@@ -303,11 +293,8 @@ def _plateau(fit: GMSFit) -> dict[str, Estimate]:
     level, (low, high) = fit.static.F_s, fit.alpha_sum.limits
     interval = None if fit.alpha_sum.ci95 is None else (low * level, high * level)
     held = {name: getattr(fit.static, name) for name in ("v_s", "delta", "sigma")}
-    return {
-        "F_c": Estimate(level, units["F_c"], interval, assumed=True),
-        "F_s": Estimate(level, units["F_s"], interval),
-        **{name: Estimate(value, units[name], assumed=True) for name, value in held.items()},
-    }
+    F_c, F_s = Estimate(level, units["F_c"], interval, assumed=True), Estimate(level, units["F_s"], interval)
+    return {"F_c": F_c, "F_s": F_s} | {name: Estimate(value, units[name], assumed=True) for name, value in held.items()}
 
 
 def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[str, Any]:
@@ -318,16 +305,13 @@ def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[st
     name, force = fit.model.name, si_unit("force", fit.motion)
     content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion} | ({} if kept is None else kept.content())
     content |= {key: section for key, section in fit.estimates.items() if key == name or kept is None}
-    content[f"{name}_fit"] = {
-        "rmse": Estimate(fit.rmse, force),
-        "r2": fit.r2,
-        "samples": sum(int(record.used.sum()) for record in fit.records),
-        "method": "replay along the measured motion; CRS2, least squares; intervals by autoregressions, and cycles",
-        "records": [
-            {"record": record.log.name, "prepared": PreparedPart.of(record.done, fit.motion), **values}
-            for record, values in zip(fit.records, fit.own_estimates, strict=True)
-        ],
-        "covariance": fit.covariance,
-    } | _used(fit.records[0].done.plant, fit.motion, "inertia", "damping")
-    content[f"{name}_fit"] |= known(between_records=fit.between_records or None)
+    samples = sum(int(record.used.sum()) for record in fit.records)
+    method = "replay along the measured motion; CRS2, least squares; intervals by autoregressions, and cycles"
+    records = [
+        {"record": record.log.name, "prepared": PreparedPart.of(record.done, fit.motion), **values}
+        for record, values in zip(fit.records, fit.own_estimates, strict=True)
+    ]
+    text = {"rmse": Estimate(fit.rmse, force), "r2": fit.r2, "samples": samples, "method": method, "records": records}
+    text |= {"covariance": fit.covariance} | _used(fit.records[0].done.plant, fit.motion, "inertia", "damping")
+    content[f"{name}_fit"] = text | known(between_records=fit.between_records or None)
     return _built_upon(kept, content, fit.warnings, [record.log for record in fit.records])

@@ -113,9 +113,6 @@ def plan_tree(
         "experiments": list(map(entry, plan.planned, plan.lasting)), "expected": plan.expected,
     }  # fmt: skip
     if narrowing is not None:
-        records = [
-            entry(candidate.planned, candidate.lasting, half_width=Estimate(candidate.half_width, "m"))
-            for candidate in narrowing.candidates
-        ]
+        records = [entry(c.planned, c.lasting, half_width=Estimate(c.half_width, "m")) for c in narrowing.candidates]
         content["narrowing"] = read_off(NarrowingPart, narrowing, {"records"}) | {"records": records}
     return PlanDocument.made(content | known(blocks=blocks), notices=notices).tree()

@@ -20,6 +20,10 @@ from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
     from fric.identify.plant.identify import MotionFit, PlantFit, ResponseFit
+METHODS = (
+    "frequency response: weighted least squares on log magnitude and phase",
+    "motion: least squares on zero-phase filtered, decimated signals",
+)
 
 
 class PlantPart(Physical):
@@ -67,12 +71,6 @@ class PlantPart(Physical):
         if not {"B", "K_f"} <= known.keys():
             return 0.0
         return known["A"].half_width * float(known["K_f"]) / float(known["B"])
-
-
-METHODS = (
-    "frequency response: weighted least squares on log magnitude and phase",
-    "motion: least squares on zero-phase filtered, decimated signals",
-)
 
 
 def _solved(name: str) -> Callable[["ResponseFit"], Estimate]:

@@ -32,6 +32,11 @@ from fric.simulate.machine import Machine
 from fric.units import Motion, si_unit
 
 Files = Mapping[str, str | bytes]
+LARGEST = {  # Limits of values [m, m/s, m/s², s, N, V; rad, N·m] beyond which an exported step reports a fault
+    "position": 1e4, "velocity": 1e3, "acceleration": 1e6, "time": 1.0, "force": 1e9, "voltage": 1e6, "gain": 1e3,
+}  # fmt: skip
+Role = Literal["compensation", "machine"]
+ROLES: tuple[Role, ...] = get_args(Role)
 
 
 def archived(files: Mapping[str, bytes]) -> bytes:
@@ -51,14 +56,6 @@ def remark(text: str) -> str:
 def identifier(text: str) -> str:
     """Return a text as an identifier of any language: letters, digits and single underscores."""
     return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower() or "axis"
-
-
-LARGEST = {  # Limits of values [m, m/s, m/s², s, N, V; rad, N·m] beyond which an exported step reports a fault
-    "position": 1e4, "velocity": 1e3, "acceleration": 1e6, "time": 1.0, "force": 1e9, "voltage": 1e6, "gain": 1e3,
-}  # fmt: skip
-
-Role = Literal["compensation", "machine"]
-ROLES: tuple[Role, ...] = get_args(Role)
 
 
 @dataclass(frozen=True)
@@ -238,19 +235,13 @@ def manifest(
 ) -> dict[str, Any]:
     """Return the content of manifest.json: SI values with their units, a digest of each file and of each source."""
     coded = {name: text.encode() if isinstance(text, str) else text for name, text in files.items()}
-    return {
-        "fric": "export/1",
-        "version": fric.__version__,
-        "target": target,
-        "part": part.role,
-        **{name: getattr(part, name) for name in ("machine", "axis", "motion", "scheme")},
-        "parameters": axis_values(part),
-        "friction": {"model": part.model.name} | friction_values(part.model, part.motion),
-        "blocks": [{"name": b.title, "kind": b.kind, "parameters": b.parameters.tolist()} for b in part.blocks],
-        "files": {name: hashlib.sha256(content).hexdigest() for name, content in coded.items()},
-        "sources": list(sources),
-        **warned(notices),
-    }
+    head = {"fric": "export/1", "version": fric.__version__, "target": target, "part": part.role}
+    head |= {name: getattr(part, name) for name in ("machine", "axis", "motion", "scheme")}
+    friction = {"model": part.model.name} | friction_values(part.model, part.motion)
+    blocks = [{"name": b.title, "kind": b.kind, "parameters": b.parameters.tolist()} for b in part.blocks]
+    held = {"parameters": axis_values(part), "friction": friction, "blocks": blocks}
+    digests = {name: hashlib.sha256(content).hexdigest() for name, content in coded.items()}
+    return head | held | {"files": digests, "sources": list(sources)} | warned(notices)
 
 
 def friction_values(model: FrictionModel, motion: Motion) -> dict[str, Any]:

@@ -25,25 +25,15 @@ def values_of(part: ExportedPart, number: Callable[[float], str]) -> dict[str, A
     model = part.model
     unit, force_unit, of_input = (si_unit(name, part.motion) for name in ("position", "force", "input"))
     what = f"Friction compensation of axis {part.axis}, scheme {part.scheme}"
-    return {
-        "part": part,
-        "model": model,
-        "name": name_of(part),
-        "prefix": f"{name_of(part)}_",
-        "title": what if part.role == "compensation" else f"Axis {part.axis} with its friction",
-        "first_line": re.split(r"\.(?: (?=[A-Z])|$)", plain_text(type(model)))[0],  # not at "eqs. (3)"
-        "packed": model.layout.replace("…", "..."),
-        "unit": unit,
-        "force_unit": force_unit,
-        "of_input": of_input,
-        "number": number,
-        "numbers": lambda values: list(map(number, values)),
-        "states": max(part.initial_state.size, 1),
-        "lead": number(part.lead),
-        "T_s": number(1.0 / part.sampling),
-        "limit": number(min(part.limit, 1e6)),
-        "limits": {name: number(limit) for name, limit in LARGEST.items()},
-    }
+    title = what if part.role == "compensation" else f"Axis {part.axis} with its friction"
+    first_line = re.split(r"\.(?: (?=[A-Z])|$)", plain_text(type(model)))[0]  # not at "eqs. (3)"
+    head = {"title": title, "first_line": first_line, "packed": model.layout.replace("…", "...")}
+    units = {"unit": unit, "force_unit": force_unit, "of_input": of_input}
+    numbers = {"lead": part.lead, "T_s": 1.0 / part.sampling, "limit": min(part.limit, 1e6)}
+    values = {"part": part, "model": model, "name": name_of(part), "prefix": f"{name_of(part)}_"} | head | units
+    values |= {name: number(value) for name, value in numbers.items()}
+    values |= {"limits": {name: number(limit) for name, limit in LARGEST.items()}, "number": number}
+    return values | {"numbers": lambda of: list(map(number, of)), "states": max(part.initial_state.size, 1)}
 
 
 def plain_text(of: object) -> str:
@@ -56,21 +46,13 @@ def c_values(part: ExportedPart, *, single: bool = False) -> dict[str, Any]:
     """Return the data of a part for the templates of C."""
     dialect = Dialect(f"{name_of(part)}_", single)
     number = dialect.number
-    values = values_of(part, number) | {
-        "routines": c_routines(part.program, dialect),
-        "guard": f"{dialect.prefix}h".upper(),
-        "real": dialect.real,
-        "narrow": f"({dialect.real})" * single,  # positions stay double: rounded, their differences are lost
-        "widen": "(double)" * single,
-        "exp": dialect.function("exp"),
-        "zero": number(0.0),
-        "half": number(0.5),
-        "one": number(1.0),
-        "corner": number(2 * pi * part.velocity_filter),
-        "sub_steps": SUB_STEPS,
-        "ring": 4 + ceil(SUB_STEPS * (part.delay * part.sampling + 1)),
-        "shortest": number(CLOSEST),
-    }
+    values = values_of(part, number) | {"routines": c_routines(part.program, dialect), "real": dialect.real}
+    values |= {"guard": f"{dialect.prefix}h".upper(), "exp": dialect.function("exp")}
+    # positions stay double: rounded, their differences are lost
+    values |= {"narrow": f"({dialect.real})" * single, "widen": "(double)" * single}
+    numbers = {"zero": 0.0, "half": 0.5, "one": 1.0, "corner": 2 * pi * part.velocity_filter, "shortest": CLOSEST}
+    values |= {name: number(value) for name, value in numbers.items()}
+    values |= {"sub_steps": SUB_STEPS, "ring": 4 + ceil(SUB_STEPS * (part.delay * part.sampling + 1))}
     pieces = ("declarations", "definitions")
     return values | {piece: render(f"{part.role}_{piece}.c.j2", **values).rstrip() for piece in pieces}
 

@@ -14,11 +14,8 @@ def linuxcnc_files(part: ExportedPart) -> Files:
     """Return the component of a part with its C source; for compensation also the wiring and a page."""
     values = c_values(part)
     component = f"fric_{identifier(part.axis)}_{COMPONENTS[part.role]}"
-    more = values | {
-        "component": component,
-        "joint": JOINTS.get(part.axis.lower(), 0),
-        "scale": repr(pi / 180 if rotates(part.motion) else 1e-3),
-    }
+    joint, scale = JOINTS.get(part.axis.lower(), 0), repr(pi / 180 if rotates(part.motion) else 1e-3)
+    more = values | {"component": component, "joint": joint, "scale": scale}
     files = dict(c_files(part)) | {f"{component}.comp": render(f"{part.role}.comp.j2", **more)}
     if part.role == "compensation":
         files |= {f"{values['name']}{end}": render(f"axis{end}.j2", **more) for end in (".hal", ".ini")}

@@ -49,13 +49,9 @@ def sheets(part: ExportedPart) -> dict[str, list[Sequence[Any]]]:
     """
     unit, force = (si_unit(name, part.motion) for name in ("position", "force"))
     head = (f"velocity [{unit}/s]", f"friction [{force}]", f"feedforward [{si_unit('input', part.motion)}]")
-    return {
-        "parameters": [
-            ("section", "parameter", "value", "unit"),
-            *((*name, None if value == np.inf else value, unit) for *name, value, unit in parameter_rows(part)),
-        ],
-        "steady friction": [head, *steady_table(part).tolist()],
-    }
+    rows = [(*name, None if value == np.inf else value, unit) for *name, value, unit in parameter_rows(part)]
+    parameters = [("section", "parameter", "value", "unit"), *rows]
+    return {"parameters": parameters, "steady friction": [head, *steady_table(part).tolist()]}
 
 
 def csv_files(part: ExportedPart) -> Files:

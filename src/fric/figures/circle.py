@@ -231,8 +231,7 @@ def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = 
             right.text(share + 2, place, f"{share:.0f} %", va="center", fontsize=7, color=GREY)
         left.set_yticks(places, [f"({scheme.name}) {scheme.title}" for scheme in schemes])
         left.invert_yaxis()
-        left.set_xlim(left=0)
-        left.set_xlabel("glitch [µm]")
+        left.set(xlim=(0, None), xlabel="glitch [µm]")
         right.set_xlim(0, 118)
         right.set_xticks([0, 50, 100])
         right.set_xlabel("least glitch on [%]", loc="right")  # it is wider than its axes
@@ -293,8 +292,7 @@ def overlay_figure(
             for n, contour in enumerate(run):
                 look = look_of(n, contour) | ({"linestyle": ":", "label": None} if which == "earlier" else {})
                 axes.plot(contour.place, contour.error * 1e6, gid=f"{which}:{contour.scheme.name}", **look)
-        axes.set_ylim(-R, TOP * R)
-        axes.set_yticks([])
+        axes.set(ylim=(-R, TOP * R), yticks=[])
         axes.set_xticks(np.arange(4) * np.pi / 2, [name.replace("-", "−") for name in QUADRANTS])
         axes.spines["polar"].set_visible(False)
         direction_arrow(axes, direction, -0.72 * R, GREY)
@@ -356,6 +354,5 @@ def draw_drift(names: Sequence[str], percent: Real, moved: Sequence[bool]) -> Fi
             axes.plot([low, high], [place, place], color=colour, linewidth=1.6)
             axes.plot(change, place, "D" if beyond else "o", color=colour, markersize=4)
         axes.set_yticks(places, names)
-        axes.set_xlabel("change [%]")
-        axes.set_ylim(-0.7, len(names) - 0.3)
+        axes.set(xlabel="change [%]", ylim=(-0.7, len(names) - 0.3))
     return figure

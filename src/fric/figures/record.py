@@ -38,7 +38,11 @@ def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure
         for row, (record, inspected) in zip(figure.subfigures(len(pairs), 1, squeeze=False)[:, 0], pairs, strict=True):
             row.suptitle(f"{inspected.name} – {inspected.kind}", fontsize=10, x=0.01, ha="left")
             if isinstance(record, FrequencyResponse):
-                _draw_response(row.subplots(1, 2), record)
+                left, right = row.subplots(1, 2)
+                left.loglog(record.frequency, record.magnitude, color=BLUE)
+                left.set(xlabel="frequency [Hz]", ylabel=f"magnitude [{si_unit('position per input', record.motion)}]")
+                right.semilogx(record.frequency, np.degrees(record.phase), color=BLUE)
+                right.set(xlabel="frequency [Hz]", ylabel="phase [°]")
             elif isinstance(record, ForceVelocity):
                 _draw_table(row.subplots(1, 2), record)
             else:
@@ -107,14 +111,6 @@ def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
         if len(v):
             axis.legend(loc="best")
     axis.set(xlabel=f"{names[0]} [{ux}]", ylabel=f"{names[1]} [{uy}]")
-
-
-def _draw_response(axes: NDArray[np.object_], response: FrequencyResponse) -> None:
-    unit = si_unit("position per input", response.motion)
-    axes[0].loglog(response.frequency, response.magnitude, color=BLUE)
-    axes[0].set(xlabel="frequency [Hz]", ylabel=f"magnitude [{unit}]")
-    axes[1].semilogx(response.frequency, np.degrees(response.phase), color=BLUE)
-    axes[1].set(xlabel="frequency [Hz]", ylabel="phase [°]")
 
 
 def _draw_table(axes: NDArray[np.object_], table: ForceVelocity) -> None:

@@ -18,6 +18,13 @@ FAMILIES: tuple[ModuleType, ...] = tuple(
     )
 )  # fmt: skip
 """The families, in the order of the page."""
+EFFECTS: Mapping[object, str] = {
+    "note": "Good to know; no number is wrong by it.",
+    "doubt": "A number may be off by more than its interval.",
+    "wrong": "A number is off by more than its interval, until this is mended.",
+}
+"""What each severity means for the result."""
+NAMED = {"level": "the level of friction", "k": "the stiffnesses"}  # Parameters without a symbol of their own
 
 
 def _listed() -> Mapping[str, Flaw]:
@@ -39,15 +46,6 @@ CATALOGUE: Mapping[str, Flaw] = _listed()  # Every flaw by its code
 def flaw_of(notice: Notice) -> Flaw:
     """Return the flaw of a notice; an empty flaw where its code is not known."""
     return CATALOGUE.get(notice.code, Flaw("", "doubt", ""))
-
-
-EFFECTS: Mapping[object, str] = {
-    "note": "Good to know; no number is wrong by it.",
-    "doubt": "A number may be off by more than its interval.",
-    "wrong": "A number is off by more than its interval, until this is mended.",
-}
-"""What each severity means for the result."""
-NAMED = {"level": "the level of friction", "k": "the stiffnesses"}  # Parameters without a symbol of their own
 
 
 def entry(flaw: Flaw, head: str = "##") -> str:

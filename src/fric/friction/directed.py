@@ -70,8 +70,7 @@ class Directed(Wrapped):
 
 def directed(model: FrictionModel, negative: StaticMap | None) -> FrictionModel:
     """Return a model with another static map backwards; the model itself where either lacks such a map."""
-    on_map = isinstance(model, StaticMap | OnStaticMap)
-    return Directed(model, negative) if negative is not None and on_map else model
+    return Directed(model, negative) if negative is not None and isinstance(model, StaticMap | OnStaticMap) else model
 
 
 def mean_map(static: StaticMap, negative: StaticMap | None) -> StaticMap:

@@ -90,9 +90,7 @@ def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
         hint = "Give strokes at constant velocity, or motions."
         raise FricError(f"no halves can be compared: {why}", where=logs[0].where if logs else "", hint=hint)
     order = list(dict.fromkeys(halved.by for halved in found))
-    return Halves(
-        logs[0].axis, tuple(sorted(found, key=lambda halved: (order.index(halved.by), halved.parameter))), untold
-    )
+    return Halves(logs[0].axis, tuple(sorted(found, key=lambda of: (order.index(of.by), of.parameter))), untold)
 
 
 def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str, Fit, Fit]]:

@@ -332,8 +332,7 @@ def narrowing(
     found = []
     experiments = [part for record in planned for part in _parts(record)]
     logs = [list(experiment.logs_of(axis, part.trials(axis), 1)) for part in experiments]
-    sines = [log for each in logs for log in each if "sine" in str(log.kind)]
-    ranges = search_ranges(prepared(sines, axis.plant))
+    ranges = search_ranges(prepared([log for each in logs for log in each if "sine" in str(log.kind)], axis.plant))
     for part, made in zip(experiments, logs, strict=True):
         advance()
         I = _information(made, axis, model, known, between, ranges)  # noqa: E741 - Fisher's
@@ -439,8 +438,7 @@ def _moved(model: GMS, name: str, by: float, *, linear: bool) -> tuple[GMS, floa
     if linear:
         value = getattr(model.static, name)
         low = {"F_s": model.static.F_c, "F_c": 0.0}.get(name, 0.0 if name == "sigma" else 1e-3 * value)
-        high = model.static.F_s if name == "F_c" else float("inf")
-        moved = min(max(value + by, low), high)
+        moved = min(max(value + by, low), model.static.F_s if name == "F_c" else float("inf"))
         return replace(model, static=replace(model.static, **{name: moved})), moved - value
     symbol, _, number = name.partition("_")
     if symbol == "C":

@@ -42,6 +42,17 @@ strokes, and the fourth 0.3, where friction rises as the speed falls.
 JUMP, JUMPED = 0.05, 0.7
 """Time in which a kick gains its lead [s], and the least share of it: kicks gain 0.94, pre-sliding in a loop without
 velocity feedforward 0.5."""
+Encoder = Literal["motor", "load"]  # The encoder whose position is that of the axis
+AFTER = 0.1  # Share of a stroke after a reversal that is left out, in which the transmission takes up its backlash
+STROKES = 3  # Least number of strokes
+BESIDE = 3  # Distance in samples at which the force has independent noise
+SAMPLES = 256  # Least number of samples in a record
+Purpose = Literal["static", "gms", "plant", "inspect"]
+FASTER = 1.2  # Ratio of speeds above which a faster record also shows the jitter of a slower record
+OTHER_UNIT = 500.0  # Ratio of sampling intervals of two records above which a time in ms was taken for s
+COARSE = 12  # Number of steps in the force's range up to which steps affect means over strokes and cycles
+OTHER_SCALE, OF_VOLTAGE = 0.15, 0.02
+"""Share by which a force is off K_f times its voltage, and largest share of its power that is not of its voltage."""
 
 
 @dataclass(frozen=True)
@@ -178,12 +189,6 @@ def without_kicked(logs: Sequence[Log]) -> tuple[list[Log], list[Notice]]:
         )  # fmt: skip
     why = "the control's friction compensation kicks the axis at reversals"
     return kept, [RECORD_LEFT_OUT.found(log.where, why=why) for log, _ in kicked]
-
-
-Encoder = Literal["motor", "load"]  # The encoder whose position is that of the axis
-AFTER = 0.1  # Share of a stroke after a reversal that is left out, in which the transmission takes up its backlash
-STROKES = 3  # Least number of strokes
-BESIDE = 3  # Distance in samples at which the force has independent noise
 
 
 @dataclass(frozen=True)
@@ -419,17 +424,6 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
     channels: dict[str, Any] = {name: CubicSpline(by, x)(np.arange(intervals + 1)) for name, x in logged.items()}
     evened = channel.SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)
     return replace(log, time=even, **channels), [evened]
-
-
-SAMPLES = 256  # Least number of samples in a record
-Purpose = Literal["static", "gms", "plant", "inspect"]
-
-FASTER = 1.2  # Ratio of speeds above which a faster record also shows the jitter of a slower record
-OTHER_UNIT = 500.0  # Ratio of sampling intervals of two records above which a time in ms was taken for s
-COARSE = 12  # Number of steps in the force's range up to which steps affect means over strokes and cycles
-
-OTHER_SCALE, OF_VOLTAGE = 0.15, 0.02
-"""Share by which a force is off K_f times its voltage, and largest share of its power that is not of its voltage."""
 
 
 def _scale_of_force(logs: Sequence[Log], plant: Plant | None) -> Iterator[Notice]:

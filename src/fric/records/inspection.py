@@ -27,7 +27,6 @@ from fric.units import Motion, readable, rotates, si_unit
 if TYPE_CHECKING:
     from fric.records.prepared import Prepared
 
-
 STEPS = 3.0  # Least amplitude in encoder steps to show pre-sliding
 RESOLVED = 4.0  # Least distance in encoder steps of a knot from the reversal, and from the previous knot
 SWINGING = 5.0  # Least ratio of reversals of the position to those of its reference at which the loop swings

@@ -104,9 +104,7 @@ def switched(log: Log) -> Notice | None:
     errors, glitches = _compared(log, parts, names)
     unit = log.unit("position")
     rows = zip(names, errors, glitches, strict=False)
-    compared = [
-        f"{name} {readable(rms, unit)} rms and {readable(glitch, unit)} at reversals" for name, rms, glitch in rows
-    ]
+    compared = [f"{name} {readable(rms, unit)} rms and {readable(peak, unit)} at reversals" for name, rms, peak in rows]
     return MODES_SWITCH.found(
         log.where, logged=parts[0].logged, parts=spans, compared=compared, modes=names,
         errors=[Estimate(error, unit) for error in errors], glitches=[Estimate(glitch, unit) for glitch in glitches],

@@ -20,6 +20,11 @@ _FALLS = 0.64  # Ratio of variances of two orders of differences below which the
 
 _KEPT = 4096  # Number of cached lattices, by digest of the channel: every judgement needs that of the position
 _known: dict[bytes, float | None] = {}
+STUCK = 5  # Number of consecutive samples at its extreme from which a force or input counts as clipped
+OFF = 0.05  # Time without motion and with a force of exactly 0 from which the drive counts as off [s]
+LEVELS, CONVERTED = 40, 200
+"""Least number of steps in a channel's range for a flat end to be clipping, and to be nothing else: a converter of
+eight bits that is clipped shows 256, and friction along a motion varies by half a percent of the range or more."""
 
 
 def lattice_step(values: Real) -> float | None:
@@ -128,13 +133,6 @@ def _blocks(values: Real, order: int, length: int) -> Real:
     squares = np.diff(values, order) ** 2
     whole = squares[: len(squares) // length * length].reshape(-1, length)
     return np.asarray(whole.mean(axis=1)) / comb(2 * order, order)
-
-
-STUCK = 5  # Number of consecutive samples at its extreme from which a force or input counts as clipped
-OFF = 0.05  # Time without motion and with a force of exactly 0 from which the drive counts as off [s]
-LEVELS, CONVERTED = 40, 200
-"""Least number of steps in a channel's range for a flat end to be clipping, and to be nothing else: a converter of
-eight bits that is clipped shows 256, and friction along a motion varies by half a percent of the range or more."""
 
 
 def counts(values: Real) -> float | None:

@@ -35,6 +35,13 @@ SWINGS = 0.03  # Root mean square of the velocity about its mean, over that mean
 ENOUGH = 4096  # Number of samples searched for a swing; of more, means are used
 ASKED = 0.1  # Travel of the reference over that of the position below which the axis is at rest, and creeps
 SHORTEST = 16  # Least number of samples, and of encoder counts, in a segment
+MOMENT = 0.1  # Share of the neighbouring segment, in time and travel, below which a segment is no stroke
+CREEP = 0.001  # Share of its travel below which a far shorter segment, or the next, is how the axis comes to rest
+TREND = 0.01  # Largest relative change of velocity over a segment that is no acceleration
+SETTLING = 0.5  # Largest share of the samples to drop until the force has settled
+BATCHES = 64  # Number of batches for the search of settling
+OVER = 0.8  # Least share of the places of a segment on which the way back shows what depends on the place
+ALIKE_OVER_PLACE = 0.8  # Least correlation of the forces of both ways over the places for that
 
 
 @dataclass(frozen=True)
@@ -186,15 +193,6 @@ def _kept(outward: Real, allowed: float, blind: int, most: int, edge: int) -> in
     run = np.abs(outward[seen : seen + int(back[0]) if len(back) else None])
     far = int(np.argmax(np.minimum(run, 4.0 * allowed)))
     return max(min(seen - max(2 * far, blind) - 3, most), 0)
-
-
-MOMENT = 0.1  # Share of the neighbouring segment, in time and travel, below which a segment is no stroke
-CREEP = 0.001  # Share of its travel below which a far shorter segment, or the next, is how the axis comes to rest
-TREND = 0.01  # Largest relative change of velocity over a segment that is no acceleration
-SETTLING = 0.5  # Largest share of the samples to drop until the force has settled
-BATCHES = 64  # Number of batches for the search of settling
-OVER = 0.8  # Least share of the places of a segment on which the way back shows what depends on the place
-ALIKE_OVER_PLACE = 0.8  # Least correlation of the forces of both ways over the places for that
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,10 @@ HOST = "127.0.0.1"
 MOST_KNOT_REQUEST = 16_384  # Largest size of a request [bytes]
 MOST_KNOTS = 12
 Fit = Callable[[Sequence[float]], "GMSResult"]  # Returns the blocks of knots [m]
+MOST_REQUEST = 262_144  # Largest size of a request [bytes]
+MOST_WORD = 60  # Largest length of a name or a unit [characters]
+SKETCH = 160  # Points of the sketch of a column
+TAKEN = ("time", "position", "velocity", "force", "input", "reference", "load_position")  # What a column can be
 
 
 class LocalPage(ABC):
@@ -130,12 +134,6 @@ class _Handler(BaseHTTPRequestHandler):
         """Write nothing to standard error."""
 
 
-MOST_REQUEST = 262_144  # Largest size of a request [bytes]
-MOST_WORD = 60  # Largest length of a name or a unit [characters]
-SKETCH = 160  # Points of the sketch of a column
-TAKEN = ("time", "position", "velocity", "force", "input", "reference", "load_position")  # What a column can be
-
-
 class ColumnsPage(LocalPage):
     """A page with the columns of files as sketches, their roles, units and rate, and the resulting records.
 
@@ -184,8 +182,7 @@ def _stated(guess: Guess, asked: Mapping[str, Any]) -> Guess:
             hint = "Give the unit, or the size of a step: 0.0879 deg."
             raise FricError(f"'{name}' ({channel}) has no unit", hint=hint)
         turn = known.turn if (known := guess.axis.roles.get(channel)) and known.column == column else 0.0
-        sign = -1 if row.get("turned") else 1
-        roles[channel] = Role(channel, column, unit, 1.0, 1.0, "as stated", sign, turn=turn)
+        roles[channel] = Role(channel, column, unit, 1.0, 1.0, "as stated", -1 if row.get("turned") else 1, turn=turn)
     if "time" not in roles:
         if (period := sampling_period(rate := _word(asked.get("rate", ""), "rate"))) is None:
             what = f"'{rate}' is not a sampling rate" if rate else "no column is marked as time"
@@ -298,14 +295,10 @@ def _found(result: GMSResult) -> dict[str, Any]:
     """Return the content of the page about a fit: rows of blocks, and of records."""
     gms, fit = result.document["gms"], result.document["gms_fit"]
     ends = gms["alpha"].get("ci95"), gms["k"].get("ci95")
-    return {
-        "knots": result.fit.blocks.displacement.tolist(),
-        "alpha": gms["alpha"]["value"],
-        "k": gms["k"]["value"],
-        "ci95": [list(pair) for pair in zip(*ends, strict=True)] if all(ends) else [],
-        "records": [{"name": item["record"], "rmse": item["rmse"]["value"]} for item in fit["records"]],
-        "rmse": fit["rmse"]["value"],
-    }
+    limits = [list(pair) for pair in zip(*ends, strict=True)] if all(ends) else []
+    blocks = {"knots": result.fit.blocks.displacement.tolist(), "alpha": gms["alpha"]["value"], "k": gms["k"]["value"]}
+    records = [{"name": item["record"], "rmse": item["rmse"]["value"]} for item in fit["records"]]
+    return blocks | {"ci95": limits, "records": records, "rmse": fit["rmse"]["value"]}
 
 
 def _knots_page(start: GMSResult) -> str:
@@ -316,12 +309,7 @@ def _knots_page(start: GMSResult) -> str:
         "force": prefixed(float(curve.force.max()), force),
         "stiffness": prefixed(float(start.fit.blocks.k.max()), stiffness),
     }
-    data = {
-        "displacement": curve.displacement.tolist(),
-        "force": curve.force.tolist(),
-        "band": curve.band.tolist(),
-        "units": {name: {"factor": factor, "unit": unit} for name, (factor, unit) in units.items()},
-        "most": MOST_KNOTS,
-        "found": _found(start),
-    }
+    data: dict[str, Any] = {name: getattr(curve, name).tolist() for name in ("displacement", "force", "band")}
+    data["units"] = {name: {"factor": factor, "unit": unit} for name, (factor, unit) in units.items()}
+    data |= {"most": MOST_KNOTS, "found": _found(start)}
     return environment().get_template("knots.html.j2").render(axis=start.fit.axis, data=data)

@@ -146,8 +146,8 @@ def observations(test: ContourTest, presliding: float | None = None) -> list[str
     test = replace(test, contours=tuple(contour for contour in test.contours if isfinite(contour.middle)))
     found = [*overcompensation(test), *too_weak(test.contours), *observer_share(test), *observer_spoils(test)]
     found += uneven(test)
-    for text in wrong_shape((contour.scheme, contour.middle) for contour in test.contours):
-        found.append(f"{text[0].upper()}{text[1:]}.")  # a learned circle leaves clearly less
+    learned = wrong_shape((contour.scheme, contour.middle) for contour in test.contours)  # leaves clearly less
+    found += [f"{text[0].upper()}{text[1:]}." for text in learned]
     if presliding is not None and test.radius is not None:
         found.append(build_up(presliding, test.radius, test.feed))
     return found
@@ -173,11 +173,8 @@ def overcompensation(test: ContourTest) -> list[str]:
     """Describe friction feedforward that leaves an inward spike where the bare loop has an outward spike."""
     if (without := bare(test.contours)) is None:
         return []
-    reversed_signs = [
-        contour
-        for contour in test.contours
-        if contour.scheme.friction and peak(contour) * peak(without) < 0 and contour.middle > least(test)
-    ]
+    large = [contour for contour in test.contours if contour.scheme.friction and contour.middle > least(test)]
+    reversed_signs = [contour for contour in large if peak(contour) * peak(without) < 0]
     static = [contour for contour in reversed_signs if contour.scheme.friction == "static"]
     said = [
         f"{contour.named} overcompensates: its spike of {readable(contour.middle, 'm')} points the other way. The "

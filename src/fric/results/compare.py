@@ -174,16 +174,12 @@ class ValidationResult(Result, schema=ValidationDocument):
 
     def report(self) -> list[Piece]:
         """Return relative and rms error of each signal."""
-        rows = [
-            (
-                f"{found.log.name}, {found.loop} loop, {found.friction.name}",
-                name,
-                f"{100 * signal.relative:.4g} %" if signal.relative < inf else "at rest",
-                readable(signal.rms, si_unit(name, found.log.motion)),
-            )
-            for found in self.validations
-            for name, signal in found.signals.items()
-        ]
+        rows = []
+        for found in self.validations:
+            title, motion = f"{found.log.name}, {found.loop} loop, {found.friction.name}", found.log.motion
+            for name, signal in found.signals.items():
+                relative = f"{100 * signal.relative:.4g} %" if signal.relative < inf else "at rest"
+                rows.append((title, name, relative, readable(signal.rms, si_unit(name, motion))))
         return [Table(("", "signal", "relative error", "rms error"), rows)]
 
     def to_frame(self) -> DataFrame:

@@ -238,12 +238,8 @@ class ObserverResult(Design, schema=ObserverDocument, of="content"):
             [titles[name], *(_described(found.get(key)) for key in ("cutoff", "bandwidth"))]
             for name, found in tree["limits"].items()
         ]
-        return [
-            f"Q  {tree['filter']}, cutoff {_described(tree['cutoff'])}, -3 dB at {_described(tree['bandwidth'])}",
-            f"   {tree['reason']}",
-            Table(["limit", "cutoff", "bandwidth"], rows),
-            self.margins(),
-        ]
+        q = f"Q  {tree['filter']}, cutoff {_described(tree['cutoff'])}, -3 dB at {_described(tree['bandwidth'])}"
+        return [q, f"   {tree['reason']}", Table(["limit", "cutoff", "bandwidth"], rows), self.margins()]
 
     def brief(self) -> str:
         """Return the cutoff of Q."""
@@ -365,14 +361,11 @@ def _below_a_mode(design: ObserverDesign, frequency: float, Delta: Perturbation)
 def measured_record(given: Any, name: str | None, of: tuple[str, Motion]) -> Log | FrequencyResponse:
     """Return the record with the measured response or its excitation, by name where there are several."""
     records = records_of([given])
-    where = str(given) if isinstance(given, str) or hasattr(given, "suffix") else records[0].source
-    if (records[0].axis, records[0].motion) != of:
-        raise FricError(
-            f"is the log of the {records[0].motion} axis {records[0].axis}, "
-            f"and the plant is of the {of[1]} axis {of[0]}",
-            where=where,
-            hint="Give the log of the axis that is designed for.",
-        )
+    first = records[0]
+    where = str(given) if isinstance(given, str) or hasattr(given, "suffix") else first.source
+    if (first.axis, first.motion) != of:
+        what = f"is the log of the {first.motion} axis {first.axis}, and the plant is of the {of[1]} axis {of[0]}"
+        raise FricError(what, where=where, hint="Give the log of the axis that is designed for.")
     usable = [record for record in records if not isinstance(record, ForceVelocity)]
     stated = [record for record in usable if (record.name == name if name else record.kind == "frequency-response")]
     shown = (log for log in usable if isinstance(log, Log) and not (stated or name))  # a container of all records
@@ -422,10 +415,8 @@ class BlockResult(Design, schema=BlockDocument, of="content"):
             for parameter in block.parameters
             if (given := tree["parameters"].get(parameter.name))
         ]
-        found: list[Piece] = [
-            f"{block.name}  of the kind {block.kind}, {self.design.reason}",
-            Table(["parameter", "value", "what it is"], rows),
-        ]
+        table = Table(["parameter", "value", "what it is"], rows)
+        found: list[Piece] = [f"{block.name}  of the kind {block.kind}, {self.design.reason}", table]
         return [*found, *self._cascade(), *([self.margins()] if tree["margins"] else []), f"it asks for: {block.asks}"]
 
     def _cascade(self) -> list[Piece]:

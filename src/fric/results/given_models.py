@@ -153,8 +153,7 @@ def machine_ran_on(circle: Any) -> Machine:
     path = None if isinstance(circle, MeasuredCircle) else path_of("a circle", circle)
     if path is not None and (kind := recognise(path)) not in {"run/1", "circle/1"}:
         raise other_kind(path, kind, "circle/1")
-    made = {} if path is None else read_run_provenance(path)
-    origin = made.get("origin", {})
+    origin = ({} if path is None else read_run_provenance(path)).get("origin", {})
     if not origin.get("path"):
         raise FricError("the circle does not say on which machine it was run", hint="Name it with `machine=`.")
     return read_machine(located(Path(origin["path"]), "machine"), nominal_files=origin.get("nominal_files", ()))

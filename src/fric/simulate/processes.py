@@ -324,9 +324,7 @@ class MonteCarlo:
         found = {}
         for n, scheme in enumerate(self.study.schemes):
             ran = glitches[np.isfinite(glitches[:, n]), n]
-            quantiles = {
-                name: float(np.quantile(ran, share)) if len(ran) else np.nan for name, share in QUANTILES.items()
-            }
+            quantiles = {name: float(np.quantile(ran, at)) if len(ran) else np.nan for name, at in QUANTILES.items()}
             best = float(shares[:, n].mean())
             found[scheme.name] = Distribution(quantiles, best, len(glitches) - len(ran), int(saturated[n]))
         return found

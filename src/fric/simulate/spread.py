@@ -286,15 +286,11 @@ def draw_friction(
 
 def _plant(plant: Plant, draws: _Draws) -> Plant:
     mass = draws.factor("M")
-    A = draws.value("A", plant.A, 0.0, "A")
-    B = draws.value("B", plant.B, 0.0, "B", "K_f")  # identified from the input, it is valid for any K_f
-    return replace(
-        plant,
-        A=A if "A" in draws.intervals else A / mass,
-        B=B if "B" in draws.intervals else B / mass,
-        T_d=draws.value("T_d", plant.T_d, 0.0, "T_d"),
-        K_f=draws.value("K_f", plant.K_f, 0.0, "K_f"),
-    )
+    A = draws.value("A", plant.A, 0.0, "A") / (1.0 if "A" in draws.intervals else mass)
+    # identified from the input, B is valid for any K_f
+    B = draws.value("B", plant.B, 0.0, "B", "K_f") / (1.0 if "B" in draws.intervals else mass)
+    T_d, K_f = (draws.value(name, getattr(plant, name), 0.0, name) for name in ("T_d", "K_f"))
+    return replace(plant, A=A, B=B, T_d=T_d, K_f=K_f)
 
 
 def _friction(model: FrictionModel, draws: _Draws, prefix: str = "") -> FrictionModel:

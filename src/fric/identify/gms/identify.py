@@ -421,11 +421,9 @@ def _by_leaving_out(
         shares = expit([low, high]).T.tolist()
         intervals = tuple(map(tuple, shares[:n])), tuple(map(tuple, pairs[n : 2 * n])), tuple(pairs[-1])
     share = tuple(float(item) for item in found.limit / found.limit.sum())
-    return (
-        Estimate(share, "1", intervals[0]),
-        Estimate(tuple(float(item) for item in found.k), si_unit("stiffness", motion), intervals[1]),
-        Estimate(float(found.limit.sum() / static.F_s), "1", intervals[2]),
-    )
+    k = Estimate(tuple(float(item) for item in found.k), si_unit("stiffness", motion), intervals[1])
+    level = Estimate(float(found.limit.sum() / static.F_s), "1", intervals[2])
+    return Estimate(share, "1", intervals[0]), k, level
 
 
 def _replayed(record: Prepared, model: FrictionModel, cycles: tuple[int, int] | None) -> Replay:

@@ -35,6 +35,17 @@ from fric.records.prepared import Prepared, begins_loaded, strokes_of
 from fric.records.resolution import lattice_step
 from fric.search import minimised, simplest
 
+CLOSING = 0.03  # Share of a branch at its end that gives the force at the reversal
+SLIDING = 0.85  # Share of the highest force above which a dip is the Stribeck fall along a fast stroke, no backlash
+NEIGHBOURS, SCATTERING = 5, 21  # Neighbours: half of the first must show backlash, the second average the scatter
+SAME_AMPLITUDE = 1.15  # Ratio of amplitudes up to which records are averaged; beyond, the larger continues the smaller
+MOST_BLOCKS = 6  # Largest number of blocks that the information criterion may choose by default
+REPEATABLE = 0.005  # Share by which friction repeats along a drive at best: a block must change the curve by more
+STRONG = 6.0
+"""Difference of Schwarz's criterion below which evidence for a block is not strong (Kass, Raftery, JASA 90, 1995): runs
+whose B differs by 1e-13 scatter by 2.5."""
+LEAST_SHARE = 1e-5  # Least share of a block in the friction, a few steps of a 16-bit force channel
+
 
 @dataclass(frozen=True)
 class HysteresisCycles:
@@ -92,12 +103,6 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
         what = f"the amplitude is {steps:.1f} steps of the encoder, too few to see the friction"
         raise FricError(what, where=where, hint="Log a larger amplitude: ten steps or more.")
     return hysteresis
-
-
-CLOSING = 0.03  # Share of a branch at its end that gives the force at the reversal
-SLIDING = 0.85  # Share of the highest force above which a dip is the Stribeck fall along a fast stroke, no backlash
-NEIGHBOURS, SCATTERING = 5, 21  # Neighbours: half of the first must show backlash, the second average the scatter
-SAME_AMPLITUDE = 1.15  # Ratio of amplitudes up to which records are averaged; beyond, the larger continues the smaller
 
 
 @dataclass(frozen=True)
@@ -334,14 +339,6 @@ def _edges(amplitude: float, step: float) -> Real:
     while edges[-1] < amplitude:
         edges.append(edges[-1] + max(least, 0.02 * edges[-1]))
     return np.append(edges[:-1], amplitude * 1.001)
-
-
-MOST_BLOCKS = 6  # Largest number of blocks that the information criterion may choose by default
-REPEATABLE = 0.005  # Share by which friction repeats along a drive at best: a block must change the curve by more
-STRONG = 6.0
-"""Difference of Schwarz's criterion below which evidence for a block is not strong (Kass, Raftery, JASA 90, 1995): runs
-whose B differs by 1e-13 scatter by 2.5."""
-LEAST_SHARE = 1e-5  # Least share of a block in the friction, a few steps of a 16-bit force channel
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,10 @@ DRIVEN_APART = 1.5  # Ratio of two amplitudes above which they separate driven l
 LESS = 0.75  # Least power of that ratio by which a driven line grows
 SINE = 0.865  # Mean of a sine's size over its deviation is 0.90, that of normally distributed values 0.80: between them
 STRETCHES = 16  # Stretches of a motion, in each of which a sweep is about a sine
+SEGMENTS = 8  # Length of the record over that of a Welch segment, unless another is given
+DISTORTED = 1.5  # Ratio to the noise of a line above which the periodic part at its neighbours is more than noise
+COHERENT = 0.5  # Coherence above which a signal counts as driven by another
+UNKNOWN = 1e9  # Relative deviation of a line without an estimate of its noise: its weight is practically 0
 
 
 class Spectra(NamedTuple):
@@ -84,9 +88,7 @@ def find_period(values: Real) -> int | None:
 
 def _at_lines(x: Real, lag: int, period: int) -> float:
     """Return the share of the lines in the power of the difference of a signal from itself at a lag."""
-    common, differing = (
-        np.abs(fft.rfft(signal[-(len(signal) // period * period) :])) ** 2 for signal in (x, x[lag:] - x[:-lag])
-    )
+    common, differing = (np.abs(fft.rfft(of[-(len(of) // period * period) :])) ** 2 for of in (x, x[lag:] - x[:-lag]))
     lines, beside = (power[:: (2 * len(power) - 1) // period] for power in (common, differing))
     falling = np.sort(lines)[::-1]
     driven = lines >= falling[np.searchsorted(np.cumsum(falling), 0.99 * np.sum(lines))]
@@ -158,8 +160,7 @@ def segment_spectra(
     R, U, dZ = (fft.rfft(x)[:, 3 : segment // 2] / segment for x in rows)  # the window smears 0 Hz over the first two
     frequency = np.arange(3, segment // 2) * sampling / segment
     Z = dZ / -np.expm1(-2j * np.pi * frequency / sampling) if integrates else dZ
-    averages = len(starts) / (1 + 2 / 36 * (1 - 1 / len(starts)))
-    return Spectra(frequency, R, U, Z, averages, HANN_CORRELATION)
+    return Spectra(frequency, R, U, Z, len(starts) / (1 + 2 / 36 * (1 - 1 / len(starts))), HANN_CORRELATION)
 
 
 def neighbour_spectra(input: Real, position: Real, driver: Real, sampling: float, integrates: bool = True) -> Spectra:
@@ -324,14 +325,6 @@ def distortion(spectra: Spectra, driven: Mask) -> Real:
     return found
 
 
-SEGMENTS = 8  # Length of the record over that of a Welch segment, unless another is given
-
-DISTORTED = 1.5  # Ratio to the noise of a line above which the periodic part at its neighbours is more than noise
-COHERENT = 0.5  # Coherence above which a signal counts as driven by another
-
-UNKNOWN = 1e9  # Relative deviation of a line without an estimate of its noise: its weight is practically 0
-
-
 @dataclass(frozen=True)
 class MeasuredResponse:
     """A measured frequency response Z/U, with data on the experiment."""
@@ -461,18 +454,13 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
     count = len(spectra.input)
     mean = np.zeros(period // 2 + 1, complex)
     mean[1 : len(lines) + 1][lines] = spectra.position.mean(axis=0) * 2j * np.pi * spectra.frequency * period
-    return MeasuredResponse(
-        as_table(record, spectra.frequency, G, deviation, coherence),
-        "periods",
-        f"quotient of averages over {count} periods of {period / sampling:.4g} s, {len(G)} lines; "
-        "what the loop feeds back averages out",
-        spectra.averages,
-        spectra.correlation,
-        sampling,
-        *_motion(fft.irfft(mean, period) + drift(z[-count * period :], period) * sampling),
-        mean_lines,
-        (FEW_PERIODS.found(periods=count),) if count < 4 else (),
-    )
+    text = f"quotient of averages over {count} periods of {period / sampling:.4g} s, {len(G)} lines; "
+    text += "what the loop feeds back averages out"
+    table = as_table(record, spectra.frequency, G, deviation, coherence)
+    moved = _motion(fft.irfft(mean, period) + drift(z[-count * period :], period) * sampling)
+    warnings = (FEW_PERIODS.found(periods=count),) if count < 4 else ()
+    averages, correlation = spectra.averages, spectra.correlation
+    return MeasuredResponse(table, "periods", text, averages, correlation, sampling, *moved, mean_lines, warnings)
 
 
 def _driven(reference: Real, position: Real | None, period: int) -> Mask | None:

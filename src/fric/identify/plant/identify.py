@@ -1015,8 +1015,7 @@ def _friction_seen(fit: ResponseFit) -> float | None:
     within = ~lines.driven & (lines.frequency >= f.min()) & (lines.frequency <= min(float(f.max()), QUIET))
     if np.count_nonzero(within) < 3:
         return None
-    at = lines.frequency[within]
-    voltage = lines.position[within] / fit.model(at) - lines.input[within]
+    voltage = lines.position[within] / fit.model(lines.frequency[within]) - lines.input[within]
     count = 3 * QUIET / float(lines.frequency[0])
     power = 2 * float(np.mean(np.abs(voltage) ** 2)) * count
     level = 2 * np.sqrt(power / (1 - 2 / np.pi))

@@ -936,15 +936,9 @@ def _described(
     warnings += [*notices, *record_notices(records, model), *solved.edges()]
     residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])
-    parts = [
-        (hidden, squares.mean()) for squares, hidden in (replay_search.unseen(record, model) for record in records)
-    ]
+    parts = [(hidden, squares.mean()) for squares, hidden in (replay_search.unseen(r, model) for r in records)]
     less = [float(np.mean(2.0 * hidden > of)) for hidden, of in parts if hidden.mean() > 0.5 * of]
-    left = [
-        1.0 - float(record.used.mean())
-        for record in records
-        if replay_search.few_a_swing(record) and not record.done.starts
-    ]
+    left = [1.0 - float(r.used.mean()) for r in records if replay_search.few_a_swing(r) and not r.done.starts]
     if less or left:
         warnings.append(CHANGES_BETWEEN.found(share=max(less + left), less=not left))
     rmse = float(np.sqrt(np.mean(residual**2)))
@@ -1099,12 +1093,8 @@ def replay_information(
     information = basis @ np.linalg.inv(covariance) @ basis.T
     levels = [n for n, c in enumerate(coordinates.free) if c.parameter is replay_search.LEVEL]
     kept = [n for n in range(len(x)) if n not in levels]
-    information = (
-        information[np.ix_(kept, kept)]
-        - information[np.ix_(kept, levels)]
-        @ np.linalg.pinv(information[np.ix_(levels, levels)])
-        @ information[np.ix_(levels, kept)]
-    )
+    own, onto, back, of_levels = (information[np.ix_(a, b)] for a in (kept, levels) for b in (kept, levels))
+    information = own - onto @ np.linalg.pinv(of_levels) @ back
     names, rows = [], []
     for (section, name), found in slopes(coordinates, x).items():
         if section != "static":

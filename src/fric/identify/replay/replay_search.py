@@ -44,6 +44,13 @@ LEVEL = Parameter("ratio", doc="friction level of the records relative to the st
 """Scale of F_c and F_s of a fixed static map, if each record has a level of friction."""
 FEW_A_SWING = 75  # Samples from reversal to reversal below which a motion may change between them
 BLOCK_STEP = 1e-4  # Step of the difference quotients, in the logarithm of alpha or k
+COARSE = 4_000  # Number of samples in the coarse search
+LITTLE, SEARCHES = 0.1, 4  # Share of the force's squares that a search may leave, and the most searches
+FAST, RIGID = 0.1, 1.5  # Speed from which friction slides, over the fastest; what a line in speed may leave of it
+EVALUATIONS = 150  # Replays of the coarse search, over the number of unknowns plus one
+HOP, HOPS = 12, 4  # Least-squares steps after a hop of a block, and hops of each block
+GOLDEN = 0.6180339887498949
+STEP = 1e-5  # Step of the difference quotients, as a share of the search range
 
 
 @dataclass(frozen=True)
@@ -252,15 +259,6 @@ def search_ranges(records: Sequence[Prepared]) -> Ranges:
         "frequency": (1.0 / duration, 0.5 / dt),
         "time": (dt, duration),
     }
-
-
-COARSE = 4_000  # Number of samples in the coarse search
-LITTLE, SEARCHES = 0.1, 4  # Share of the force's squares that a search may leave, and the most searches
-FAST, RIGID = 0.1, 1.5  # Speed from which friction slides, over the fastest; what a line in speed may leave of it
-EVALUATIONS = 150  # Replays of the coarse search, over the number of unknowns plus one
-HOP, HOPS = 12, 4  # Least-squares steps after a hop of a block, and hops of each block
-GOLDEN = 0.6180339887498949
-STEP = 1e-5  # Step of the difference quotients, as a share of the search range
 
 
 @dataclass(frozen=True)

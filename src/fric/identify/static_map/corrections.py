@@ -32,6 +32,11 @@ _LEVELS = ("F_c", "F_s")
 FEW_STROKES = 3  # Least number of strokes of a record, at two speeds or more, to separate its level from the map
 FINER = 4  # Number of cells of the travel for the evaluation of places
 CELLS, LONG = 512, 16  # Cells of the travel for what is left over position, and cells of a stroke that shows it
+BATCHES, SAMPLES = 96, 24  # Number of batches of a stroke, and its least number of samples
+UNLIKE = 2.0  # Chi-squared per degree of freedom above which the strokes do not settle by eq. (5)
+GAIN = 20.0  # Least reduction of chi-squared by a settling, beyond its parameters
+VISIBLE = 0.5  # Error in standard errors of a stroke's mean above which it is corrected
+RISING = 0.1  # Largest rise of a force as a share of the correction: after break-away forces fall
 
 
 def between_records(strokes: Strokes) -> Correction | None:
@@ -263,13 +268,6 @@ def _lagged(x: Real, some: Mask, others: Mask) -> Real:
     return np.asarray(found - sum(np.correlate(row, row, "full") for row in x[some & others]))
 
 
-BATCHES, SAMPLES = 96, 24  # Number of batches of a stroke, and its least number of samples
-UNLIKE = 2.0  # Chi-squared per degree of freedom above which the strokes do not settle by eq. (5)
-GAIN = 20.0  # Least reduction of chi-squared by a settling, beyond its parameters
-VISIBLE = 0.5  # Error in standard errors of a stroke's mean above which it is corrected
-RISING = 0.1  # Largest rise of a force as a share of the correction: after break-away forces fall
-
-
 class _Stroke(NamedTuple):
     number: int
     time: Real  # Since it is at constant velocity, of batches [s]
@@ -475,10 +473,7 @@ def damping(strokes: Strokes) -> Correction | None:
     """Fit the forces including the plant's damping, so that sigma may be below 0 if that was too large."""
     by = strokes.asked.damping
 
-    def into(problem: StribeckProblem, points: Sequence[SpeedPoint]) -> StribeckProblem:
-        return replace(problem, F=problem.F + by * problem.v)
-
-    return Correction(into=into) if by else None
+    return Correction(into=lambda problem, _: replace(problem, F=problem.F + by * problem.v)) if by else None
 
 
 Look = Callable[[Strokes], Correction | None]

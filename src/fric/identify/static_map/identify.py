@@ -29,6 +29,11 @@ from fric.records.over_strokes import REPEATED
 from fric.statistics import smoother_than_noise
 from fric.units import Motion, si_unit
 
+TAKEN = 0.05  # Tolerance of the plant's damping, as a share, before the strokes contradict it
+DIFFERENT = 1e-3  # Probability by chance below which directions count as different
+MISSED = 0.005  # Common error of a map in both directions at a speed (rms) over the force above which it is warned of
+SEEN = 0.5  # Least share of the fall from F_s to F_c above the slowest stroke for strokes to determine F_s
+
 
 @dataclass(frozen=True)
 class StaticFit:
@@ -137,8 +142,7 @@ def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
     F = strokes.force * sign
     error: Real = np.array([point.standard_error for point in strokes.points])
     speed = float(np.mean(np.abs(strokes.velocity)))
-    within = float(np.sqrt(np.sum(error**2))) / len(F)
-    half = 1.96 * within
+    half = 1.96 * (float(np.sqrt(np.sum(error**2))) / len(F))
     if len(F) > 1:
         half = max(half, float(stdtrit(len(F) - 1, 0.975)) * float(np.std(F, ddof=1)) / sqrt(len(F)))
     half = float(np.hypot(half, strokes.rounded))
@@ -149,12 +153,6 @@ def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
         strokes.records[0].axis, asked.motion, tuple(strokes.points), None, None,
         {"velocity": velocity, "force": force}, warnings, f"mean of the strokes; average {asked.average}", asked.plant,
     )  # fmt: skip
-
-
-TAKEN = 0.05  # Tolerance of the plant's damping, as a share, before the strokes contradict it
-DIFFERENT = 1e-3  # Probability by chance below which directions count as different
-MISSED = 0.005  # Common error of a map in both directions at a speed (rms) over the force above which it is warned of
-SEEN = 0.5  # Least share of the fall from F_s to F_c above the slowest stroke for strokes to determine F_s
 
 
 def map_notices(fit: MapFit) -> Iterator[Notice]:

@@ -30,6 +30,14 @@ UNEVEN = 0.25  # Largest relative difference in speed of the halves of a stroke 
 RISES = 0.02  # Least rise of the force in the second half of a stroke that ends in pre-sliding, as a share
 ENDS = 0.15  # Share of the travel left out at either end of a stroke with ripple, for its ramps
 SHORT = 32  # Number of lags summed one by one before a Fourier transform of all
+HUBER = 1.345  # Huber's tuning constant: 95 % efficiency on Gaussian noise (Huber 1964)
+GLITCH = 8.0  # Deviations from the median beyond which a sample is a glitch, if few are
+LEVELS = 16  # Number of levels of a segment's force up to which its steps are coarse
+GLITCHES = 0.01  # Largest share of glitches in the samples: more are real motion
+Direction = Literal["auto", "both", "each"]
+Form = Literal["auto", "coulomb", "stribeck"]
+ShapeFactor = float | Literal["auto", "free"]
+Weights = Literal["error", "equal"]
 
 
 @dataclass(frozen=True)
@@ -219,12 +227,6 @@ def table_points(tables: Sequence[ForceVelocity], plant: Plant | None) -> tuple[
     return points, notices
 
 
-HUBER = 1.345  # Huber's tuning constant: 95 % efficiency on Gaussian noise (Huber 1964)
-GLITCH = 8.0  # Deviations from the median beyond which a sample is a glitch, if few are
-LEVELS = 16  # Number of levels of a segment's force up to which its steps are coarse
-GLITCHES = 0.01  # Largest share of glitches in the samples: more are real motion
-
-
 @dataclass(frozen=True)
 class Mean:
     """A location with its standard error."""
@@ -325,12 +327,6 @@ def autocorrelation_time(x: Real, window: float = 5.0) -> float:
     enough = np.arange(n) >= window * taus
     at = int(np.argmax(enough)) if enough.any() else n - 1
     return float(np.clip(taus[at], 1.0, n))
-
-
-Direction = Literal["auto", "both", "each"]
-Form = Literal["auto", "coulomb", "stribeck"]
-ShapeFactor = float | Literal["auto", "free"]
-Weights = Literal["error", "equal"]
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,10 @@ PARAMETERS = (*STATIC_PARAMETERS, "offset")
 DELTA_RANGE = (0.3, 3.0)
 V_S_BEYOND = 5.0  # v_s is searched from the lowest speed divided by this to the highest speed times this
 Cost = Callable[[Real], float]
+SWUNG = 0.3  # Share of what averaging over a swing does to a force that is its error: the swing is no sine
+MOST_OUTLYING = 0.15  # Largest share of strokes that count as outliers: where more deviate, the map does not fit
+OUTLYING = 5.0  # Standard deviations from the map beyond which the deviation of a stroke is in its weight
+REPEATS = 1e-3  # Share of the force to which friction repeats at best
 
 
 @dataclass(frozen=True)
@@ -280,12 +284,6 @@ def nonnegative(A: Real, b: Real, most: int) -> tuple[Real, float]:
     if state == 3:
         raise RuntimeError("non-negative least squares did not end")
     return x, rest
-
-
-SWUNG = 0.3  # Share of what averaging over a swing does to a force that is its error: the swing is no sine
-MOST_OUTLYING = 0.15  # Largest share of strokes that count as outliers: where more deviate, the map does not fit
-OUTLYING = 5.0  # Standard deviations from the map beyond which the deviation of a stroke is in its weight
-REPEATS = 1e-3  # Share of the force to which friction repeats at best
 
 
 class FittedMap(NamedTuple):
