@@ -47,10 +47,8 @@ def require_name(name: str, where: str = "", what: str = "an axis") -> str:
         otherwise write files elsewhere, or add lines to a program.
     """
     if not re.fullmatch(r"\w[\w .+-]{0,39}", name) or name == "monte_carlo":  # A group of the files of runs
-        raise FricError(
-            f"'{name}' is not a name of {what}", where=where,
-            hint="Take letters, digits, spaces and _ . + -, 40 at most, a letter or a digit first.",
-        )  # fmt: skip
+        hint = "Take letters, digits, spaces and _ . + -, 40 at most, a letter or a digit first."
+        raise FricError(f"'{name}' is not a name of {what}", where=where, hint=hint)
     return name
 
 

@@ -29,10 +29,8 @@ def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a fil
     if not stat.S_ISREG(found.st_mode):
         raise FricError("is not a regular file", where=str(path), hint="Name a file on a disk.")
     if most is not None and found.st_size > most:
-        raise FricError(
-            f"holds {found.st_size / 1e6:.3g} MB, and {most / 1e6:.3g} MB are read at most", where=str(path),
-            hint="Name the right file.",
-        )  # fmt: skip
+        what = f"holds {found.st_size / 1e6:.3g} MB, and {most / 1e6:.3g} MB are read at most"
+        raise FricError(what, where=str(path), hint="Name the right file.")
     return Path(path)
 
 
@@ -62,10 +60,8 @@ def refuse_declared(where: Path | str, declared: int, stored: int | None = None)
     """Raise where samples are declared [byte] that what is stored of them, or the whole file, cannot hold."""
     stored = Path(where).stat().st_size if stored is None else stored
     if declared > max(SMALL, MOST_PACKED * stored):
-        raise FricError(
-            f"declares {declared / 1e6:.3g} MB of samples, and has {stored / 1e6:.3g} MB", where=str(where),
-            hint="Export it again.",
-        )  # fmt: skip
+        what = f"declares {declared / 1e6:.3g} MB of samples, and has {stored / 1e6:.3g} MB"
+        raise FricError(what, where=str(where), hint="Export it again.")
 
 
 def missing(path: Path, names: Sequence[str] = (), kind: str = "") -> FricError:

@@ -30,10 +30,8 @@ def refuse_ending(path: Path | None, written: str) -> None:
         raise FricError("'-' is no name of a file", hint="Name the output; --json prints on standard output.")
     said = next((name for name, endings in FORMATS.items() if path and path.suffix.lower() in endings), written)
     if path is not None and said != written:
-        raise FricError(
-            f"what is written is {written}, and the name ends in {path.suffix}", where=str(path),
-            hint=f"Call it {path.with_suffix(FORMATS[written][0]).name}.",
-        )  # fmt: skip
+        hint = f"Call it {path.with_suffix(FORMATS[written][0]).name}."
+        raise FricError(f"what is written is {written}, and the name ends in {path.suffix}", where=str(path), hint=hint)
 
 
 def refuse_existing(*paths: Path | None, force: bool = False) -> None:
@@ -91,10 +89,8 @@ def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
         else:
             _move(draft, target)
     except FileExistsError:
-        raise FricError(
-            "the output came to be while this one was made", where=str(path),
-            hint=f"Another process wrote it. {REPLACE}",
-        ) from None  # fmt: skip
+        hint = f"Another process wrote it. {REPLACE}"
+        raise FricError("the output came to be while this one was made", where=str(path), hint=hint) from None
     except OSError as error:
         raise _refused(path, error) from None
     finally:
@@ -174,10 +170,8 @@ def alone(path: Path) -> Iterator[None]:
                 break
             except BlockingIOError:
                 if time.monotonic() > until:
-                    raise FricError(
-                        f"another process has been adding to a file of {target.parent} for {WAIT:.0f} s",
-                        where=str(path), hint="Wait for it to end, and try again.",
-                    ) from None  # fmt: skip
+                    what = f"another process has been adding to a file of {target.parent} for {WAIT:.0f} s"
+                    raise FricError(what, where=str(path), hint="Wait for it to end, and try again.") from None
                 time.sleep(0.05)
             except OSError:  # a file system without locks
                 break

@@ -86,10 +86,8 @@ def require_plausible(name: str, values: "Real", dimension: str, where: str, *, 
         what = f"is not a number at sample {n}"
     elif size < SMALLEST:
         what = f"stays below {size:.3g} {unit}, which nothing measures"
-    raise FricError(
-        f"the {name} {what}", where=where,
-        hint="Look at its unit; or ingest the log again with `bad_cells='drop'`, which leaves such samples out.",
-    )  # fmt: skip
+    hint = "Look at its unit; or ingest the log again with `bad_cells='drop'`, which leaves such samples out."
+    raise FricError(f"the {name} {what}", where=where, hint=hint)
 
 
 def require_rising(time: "Real", where: str) -> None:

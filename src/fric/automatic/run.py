@@ -490,10 +490,8 @@ def _refuse_among(folder: Path, logs: Sequence[Path], scheduler: str | None) -> 
     for path in logs:
         place = Path(realpath(path)) if path.is_dir() else Path(realpath(path)).parent  # links may lead to themselves
         if out == place or (path.is_dir() and out.is_relative_to(place)):
-            raise FricError(
-                f"the results would lie among the logs in {path if path.is_dir() else path.parent}", where=str(folder),
-                hint=f"Give a folder beside them: -o {place.parent / 'found'}.",
-            )  # fmt: skip
+            what = f"the results would lie among the logs in {path if path.is_dir() else path.parent}"
+            raise FricError(what, where=str(folder), hint=f"Give a folder beside them: -o {place.parent / 'found'}.")
 
 
 def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None) -> Path | None:

@@ -454,7 +454,5 @@ def _same(record: Record, other: Record) -> bool:
     if not (isinstance(record, Log) and isinstance(other, Log)) or len(record) != len(other):
         return False
     a, b = record.channels(), other.channels()
-    return all(
-        np.allclose(a[name], b[name], rtol=1e-4, atol=1e-4 * float(np.abs(b[name]).max()))
-        for name in a.keys() & b.keys()
-    )
+    pairs = ((a[name], b[name]) for name in a.keys() & b.keys())
+    return all(np.allclose(x, y, rtol=1e-4, atol=1e-4 * float(np.abs(y).max())) for x, y in pairs)

@@ -152,7 +152,6 @@ def fitted(model: FrictionModel, sampling: float) -> tuple[float, float, float, 
     found = least_squares(misfit, [-1.0, log(0.01)], bounds=([-5.0, -8.0], [5.0, 1.0]))
     pulse = np.exp(-t / exp(found.x[1]))
     fitting = (float(pulse @ part / (pulse @ pulse)) for part in parts)
-    slow, middle, fast = (
-        min(max(value, -scale), scale) for value in fitting
-    )  # friction turns from one level to the other
+    # friction turns from one level to the other
+    slow, middle, fast = (min(max(value, -scale), scale) for value in fitting)
     return as_filed((slow, middle, fast, exp(found.x[1])))

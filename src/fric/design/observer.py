@@ -178,10 +178,8 @@ class ObserverDesign:
     def loops(self) -> dict[str, Loop]:
         """Return the whole loop with its margins, with and without the observer, by name."""
         whole = WholeLoop(self.plant, self.cascade, self.perturbation)
-        return {
-            "input": Loop("with observer", whole.response((self.observer,)), self.input),
-            "without": Loop("without observer", whole.response(), self.without),
-        }
+        with_it = Loop("with observer", whole.response((self.observer,)), self.input)
+        return {"input": with_it, "without": Loop("without observer", whole.response(), self.without)}
 
 
 class WholeLoop:

@@ -243,11 +243,9 @@ def friction_tree(tuned: TunedAxis, tests: Sequence[MeasuredCircle]) -> dict[str
     """Return the friction that circles gave an axis as a friction document."""
     estimates, axis = tuned.estimates, tuned.axis
     assert estimates is not None  # of what is improved
-    text = {
-        "rmse": Estimate(tuned.after.rms * tuned.nominal.K_f, si_unit("force", axis.motion)),
-        "method": "circles: voltage balance, " + ("full shape" if tuned.full else "level, stiffness, C and T_d"),
-        "covariance": estimates.covariance,
-    }
+    rmse = Estimate(tuned.after.rms * tuned.nominal.K_f, si_unit("force", axis.motion))
+    method = "circles: voltage balance, " + ("full shape" if tuned.full else "level, stiffness, C and T_d")
+    text = {"rmse": rmse, "method": method, "covariance": estimates.covariance}
     content: dict[str, Any] = {"axis": axis.name, "motion": axis.motion, "static": estimates.static}
     if estimates.negative is not None:
         content["static_negative"] = estimates.negative

@@ -20,6 +20,7 @@ from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
     from fric.identify.plant.identify import MotionFit, PlantFit, ResponseFit
+
 METHODS = (
     "frequency response: weighted least squares on log magnitude and phase",
     "motion: least squares on zero-phase filtered, decimated signals",

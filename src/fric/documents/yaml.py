@@ -80,10 +80,8 @@ def read_tree(path: Path, wanted: str = "YAML") -> Any:
     with path.open("rb") as file:
         binary = file.read(4) == b"\x89HDF"
     if binary:
-        raise FricError(
-            f"is a log, a circle or a run, and a {wanted} file is needed", where=str(path),
-            hint=f"`fric inspect {path}` takes a log, `fric diagnose {path}` a circle or a run.",
-        )  # fmt: skip
+        hint = f"`fric inspect {path}` takes a log, `fric diagnose {path}` a circle or a run."
+        raise FricError(f"is a log, a circle or a run, and a {wanted} file is needed", where=str(path), hint=hint)
     regular(path, MOST_BYTES)
     with foreign(path, "Mend it, or make it again."):
         try:

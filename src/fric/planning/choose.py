@@ -342,9 +342,8 @@ def narrowing(
         )
         lasting = sum(len(trial.reference) for trial in part.trials(axis)) / axis.cascade.sampling
         found.append(experiment.CandidateRecord(part, lasting, after, 0.5 * (most - least)))
-    return Narrowing(
-        half, dict(zip(names, map(float, shares), strict=True)), by_what_they_leave(found), test, scheme.name
-    )
+    of_each = dict(zip(names, map(float, shares), strict=True))
+    return Narrowing(half, of_each, by_what_they_leave(found), test, scheme.name)
 
 
 def by_what_they_leave(candidates: Sequence[experiment.CandidateRecord]) -> tuple[experiment.CandidateRecord, ...]:
@@ -523,10 +522,8 @@ def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[Plant
     if of_kind.keys() & PRESLIDING:
         sines = [log for log in logs if log.kind in {*PRESLIDING, "sliding-sine"}]
         forward, backward = (None, None) if static is None else static.maps()
-        found = identify_gms(
-            sines, static=forward, negative=backward, plant=known, blocks=blocks, places=1, on_time=True
-        )
-        yield FrictionDocument.model_validate(gms_tree(found, sines, static))
+        fit = identify_gms(sines, static=forward, negative=backward, plant=known, blocks=blocks, places=1, on_time=True)
+        yield FrictionDocument.model_validate(gms_tree(fit, sines, static))
 
 
 def half_widths(documents: Sequence[PlantDocument | FrictionDocument]) -> dict[str, tuple[float, float, str]]:

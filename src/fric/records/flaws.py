@@ -183,10 +183,8 @@ def without_kicked(logs: Sequence[Log]) -> tuple[list[Log], list[Notice]]:
     if kicked and not kept:
         log, notice = kicked[0]
         height = readable(float(notice.values["height"]), log.unit("position"))
-        raise FricError(
-            f"the control kicks the axis by {height} at reversals, and its force is not friction", where=log.where,
-            hint="Switch its friction compensation off, and log again.",
-        )  # fmt: skip
+        what = f"the control kicks the axis by {height} at reversals, and its force is not friction"
+        raise FricError(what, where=log.where, hint="Switch its friction compensation off, and log again.")
     why = "the control's friction compensation kicks the axis at reversals"
     return kept, [RECORD_LEFT_OUT.found(log.where, why=why) for log, _ in kicked]
 
@@ -263,10 +261,8 @@ def two_encoders(log: Log) -> Notice | None:
 def by_load(log: Log) -> Log:
     """Return a record with the position of the load's encoder."""
     if log.load_position is None:
-        raise FricError(
-            "there is no load_position, the load's encoder", where=log.where,
-            hint="Map its column to `load_position`, or take the motor's encoder.",
-        )  # fmt: skip
+        hint = "Map its column to `load_position`, or take the motor's encoder."
+        raise FricError("there is no load_position, the load's encoder", where=log.where, hint=hint)
     return replace(log, position=log.load_position, load_position=None, velocity=None)
 
 

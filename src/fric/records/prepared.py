@@ -222,17 +222,14 @@ class Prepared:
         """
         v = self.motion.velocity
         if len(reversals := find_reversals(v, threshold=0.3 * float(np.ptp(v)))) < 5:
-            raise FricError(
-                "the velocity changes over fewer than two cycles", where=self.log.where,
-                hint="Log five cycles or more of a sine about a mean speed, for C.",
-            )  # fmt: skip
+            hint = "Log five cycles or more of a sine about a mean speed, for C."
+            raise FricError("the velocity changes over fewer than two cycles", where=self.log.where, hint=hint)
         used = np.zeros(len(v), dtype=bool)
         used[reversals[0] : reversals[-1]] = True
         if (v[used] > 0).any() and (v[used] < 0).any():
-            raise FricError(
-                "the motion reverses, and C needs sliding in one direction", where=self.log.where,
-                hint="Raise the mean speed above the amplitude of the velocity.",
-            )  # fmt: skip
+            what = "the motion reverses, and C needs sliding in one direction"
+            hint = "Raise the mean speed above the amplitude of the velocity."
+            raise FricError(what, where=self.log.where, hint=hint)
         beside: tuple[Own, ...] = ("offset", "damping") if self.done.mass is not None else ("offset", "damping", "mass")
         return replace(self, used=used, reversals=reversals, done=replace(self.done, own=beside))
 

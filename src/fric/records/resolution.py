@@ -221,8 +221,7 @@ def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[N
     if not counted:
         return kept, []
     if not kept:
-        raise FricError(
-            f"the force is clipped in {counted}: the largest friction and the stiffness are not known",
-            where=logs[0].source, hint="Log with a larger range of the force's trace, or a smaller amplitude.",
-        )  # fmt: skip
+        what = f"the force is clipped in {counted}: the largest friction and the stiffness are not known"
+        hint = "Log with a larger range of the force's trace, or a smaller amplitude."
+        raise FricError(what, where=logs[0].source, hint=hint)
     return kept, [CLIPPED_UNUSED.found(counted=counted, left_out=len(kept) < len(logs))]

@@ -375,14 +375,12 @@ def _sorted(items: Sequence[Item], tests: Sequence[ContourTest], records: Sequen
             replaced += [item for item in alike[:-1] if _carried_over(item, last)]
             newest.append(last)
             pairs += [(item, last) for item in alike[:-1] if not _carried_over(item, last)]
-    last_tests, test_pairs = [], []
+    latest, test_pairs = [], []
     for same in dict.fromkeys(test.same for test in tests):
         runs = _by_date([test for test in tests if test.same == same])
-        last_tests.append(runs[-1])
+        latest.append(runs[-1])
         test_pairs += [(earlier, runs[-1]) for earlier in runs[:-1]]
-    return ReportInput(
-        tuple(newest), tuple(last_tests), tuple(records), tuple(pairs), tuple(test_pairs), tuple(replaced)
-    )
+    return ReportInput(tuple(newest), tuple(latest), tuple(records), tuple(pairs), tuple(test_pairs), tuple(replaced))
 
 
 def _by_date(things: list[T]) -> list[T]:

@@ -43,10 +43,8 @@ def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Masks, ..
     """Return a split: fit the first cycles of every record after its first reversal, score the rest."""
     for record in records:
         if len(record.reversals) < 2 * cycles + 2:
-            raise FricError(
-                f"there are {max(len(record.reversals) - 1, 0) // 2} cycles", where=record.log.where,
-                hint="Fit fewer of them, and leave some to score.",
-            )  # fmt: skip
+            what = f"there are {max(len(record.reversals) - 1, 0) // 2} cycles"
+            raise FricError(what, where=record.log.where, hint="Fit fewer of them, and leave some to score.")
     return (tuple(r.used & (np.arange(len(r.force)) < r.reversals[2 * cycles]) for r in records),)
 
 

@@ -101,12 +101,10 @@ def replay_covariance(
     covariance = covariance_of(gradient, residual, lengths, most)
     if white(residual, lengths):
         return covariance
+    cycles, phases = ([getattr(record, of)[record.used] for record in records] for of in ("cycle", "phase"))
     resampled = [
         by(gradient, residual, np.concatenate([1000 * i + label for i, label in enumerate(labels)]))
-        for by, labels in (
-            (jackknife, [record.cycle[record.used] for record in records]),
-            (sandwich, [record.phase[record.used] for record in records]),
-        )
+        for by, labels in ((jackknife, cycles), (sandwich, phases))
     ]
     return widened(covariance, *(array / quantile**2 for array in resampled))
 
@@ -1008,21 +1006,17 @@ def _axis_alone(record: Prepared) -> tuple[Real, Real, bool] | None:
     return np.array([found[0], F_v, F_c, found[1]]), covariance, unlike
 
 
-def _scatter(
-    records: Sequence[Prepared], variance: Sequence[Sequence[float]], levels: Levels | None
-) -> dict[str, Estimate]:
+def _scatter(records: Sequence[Prepared], own: Sequence[Sequence[float]], levels: Levels | None) -> dict[str, Estimate]:
     """Return the standard deviation of the differences between records, in level and fitted terms."""
     found = {} if levels is None or not levels.sure else {"level": Estimate(levels.deviation, "1")}
     for n, name in enumerate(records[0].done.own):
-        values = [c[n] for c, record in zip(variance, records, strict=True) if record.done.own[n:][:1] == (name,)]
+        values = [c[n] for c, record in zip(own, records, strict=True) if record.done.own[n:][:1] == (name,)]
         if len(values) == len(records) > 2 and name != "damping":
             found[name] = Estimate(float(np.std(values, ddof=1)), si_unit(DIMENSIONS[name], records[0].log.motion))
     return found
 
 
-def _opened(
-    solved: Solved, records: Sequence[Prepared]
-) -> tuple[dict[Key, tuple[tuple[float, float], ...]], list[Notice]]:
+def _opened(solved: Solved, records: Sequence[Prepared]) -> tuple[dict[Key, tuple[Interval, ...]], list[Notice]]:
     """Return the 95 % intervals, open if the records set no upper limit, and the warnings about them.
 
     Where no branch slides, the largest force seen is only a lower bound of F_c and F_s, and v_s is not determined. A

@@ -419,10 +419,9 @@ class Strokes:
             notices.append(STROKES_IN_PRESLIDING.found(speeds=speeds))
         found = replace(cls.at(points, asked, records), notices=tuple(notices))
         if np.ptp(force := found.force) <= 1e-9 * np.abs(force).max(initial=0.0):
-            raise FricError(
-                f"every stroke took the same force, {asked.says(float(force[0]), 'force')}", where=records[0].source,
-                hint="Is it the right column? Friction changes its sign with the direction.",
-            )  # fmt: skip
+            what = f"every stroke took the same force, {asked.says(float(force[0]), 'force')}"
+            hint = "Is it the right column? Friction changes its sign with the direction."
+            raise FricError(what, where=records[0].source, hint=hint)
         return found
 
     @classmethod
