@@ -9,7 +9,6 @@ from typing import ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
 MOST_CHARACTERS = 400  # Characters of each part of a message at most
 FLAGS = {"circles": "--circle", "controllers": "--controller", "mapping": "--map", "machines": "--monte-carlo"}
 """Options of most commands whose name differs from that of their argument."""

@@ -10,9 +10,7 @@ from pathlib import Path
 from fric.errors import FricError, near, printable
 
 MOST_TEXT = 32 << 20  # Bytes of a document or a report that are read at most
-
 MOST_PACKED, SMALL = 3000, 1 << 20  # Most bytes that a stored byte declares (DEFLATE: 1032), and that any may
-
 _OWN = str(Path(__file__).parent)
 
 

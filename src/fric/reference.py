@@ -31,11 +31,10 @@ def refuse_long(duration: float, sampling: float, axes: int = 1, runs: int = 1, 
     samples = duration * sampling
     if not (size := samples * axes * (SAMPLE_BYTES * longest + TRACE_BYTES * (runs - 1))) < MOST_BYTES:
         of = f" of {axes} axes in {runs} runs" * (runs > 1)
-        raise FricError(
-            f"the motion takes {duration:.3g} s: {samples:.3g} samples at {sampling:g} Hz{of} take "
-            f"{size / 1e9:.3g} GB, and {MOST_BYTES / 1e9:g} GB are simulated at most",
-            hint=f"Move faster, less far{', with fewer schemes or rounds' * (runs > 1)}, or sample less often.",
-        )
+        takes = f"{samples:.3g} samples at {sampling:g} Hz{of} take {size / 1e9:.3g} GB"
+        what = f"the motion takes {duration:.3g} s: {takes}, and {MOST_BYTES / 1e9:g} GB are simulated at most"
+        hint = f"Move faster, less far{', with fewer schemes or rounds' * (runs > 1)}, or sample less often."
+        raise FricError(what, hint=hint)
 
 
 @dataclass(frozen=True, eq=False)

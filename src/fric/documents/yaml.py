@@ -21,7 +21,6 @@ from fric.input import foreign, other_kind, regular
 from fric.output import refuse_ending, written
 
 D = TypeVar("D", bound=Document)
-
 MOST_BYTES, MOST_NODES, MOST_DEPTH = 2 << 20, 40_000, 40  # Most bytes, values and nested keys of a document
 _HALF = re.compile(r"\\(u|U0000)[dD][89a-fA-F][0-9a-fA-F]{2}")  # of no encoding; in pairs neither
 _DEEP = re.compile(rf"(?:[\[{{][^\[\]{{}}'\"#]{{0,200}}+){{{MOST_DEPTH + 1}}}")

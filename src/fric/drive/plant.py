@@ -49,10 +49,9 @@ class LinearPlant:
         if not 0 < sampling <= largest("frequency"):
             raise FricError(f"the sampling is {sampling:g} Hz", hint="Give the rate of the controller.")
         if self.T_d * sampling > MOST_SAMPLES:
-            raise FricError(
-                f"the delay T_d of {self.T_d:g} s is {self.T_d * sampling:.3g} samples at {sampling:g} Hz, and "
-                f"{MOST_SAMPLES} are at most", hint="Look at T_d and at the sampling.",
-            )  # fmt: skip
+            samples = f"{self.T_d * sampling:.3g} samples at {sampling:g} Hz"
+            what = f"the delay T_d of {self.T_d:g} s is {samples}, and {MOST_SAMPLES} are at most"
+            raise FricError(what, hint="Look at T_d and at the sampling.")
         delay = self.T_d - hold_delay(sampling)
         if delay < -1e-12:
             what = f"the delay T_d of {self.T_d:g} s is shorter than half a sample ({hold_delay(sampling):g} s)"

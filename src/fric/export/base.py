@@ -181,11 +181,9 @@ def compensation_of(machine: Machine, name: str, scheme: Scheme) -> ExportedPart
     setting = setting_of(axis, scheme, Reference(axis.cascade.sampling, *np.zeros((3, 1))))
     controller, *others = blocks_of(axis, scheme, setting)
     if controller.name != axis.cascade.name:
-        raise FricError(
-            f"scheme {scheme.name} puts '{controller.name}' in place of the controller, and fric exports what is added "
-            "to a controller",
-            hint="Choose a scheme whose controller is the cascade.",
-        )
+        puts = f"scheme {scheme.name} puts '{controller.name}' in place of the controller"
+        what = f"{puts}, and fric exports what is added to a controller"
+        raise FricError(what, hint="Choose a scheme whose controller is the cascade.")
     nominal, cascade = axis.nominal or axis.plant, axis.cascade
     if (friction := setting.friction) is None and others:
         friction = StaticMap(F_c=0.0, F_s=0.0, v_s=1.0)  # nothing is fed forward; the blocks are

@@ -232,8 +232,7 @@ def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = 
         left.set_yticks(places, [f"({scheme.name}) {scheme.title}" for scheme in schemes])
         left.invert_yaxis()
         left.set(xlim=(0, None), xlabel="glitch [µm]")
-        right.set_xlim(0, 118)
-        right.set_xticks([0, 50, 100])
+        right.set(xlim=(0, 118), xticks=[0, 50, 100])
         right.set_xlabel("least glitch on [%]", loc="right")  # it is wider than its axes
         for axes in (left, right):
             axes.grid(visible=False, axis="y")

@@ -169,16 +169,14 @@ def draw_learned(found: Learned) -> Figure:
         left.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
         for formatter in (left.yaxis.set_major_formatter, left.yaxis.set_minor_formatter):
             formatter("{x:g}")
-        left.set_xticks(rounds[:: max(len(rounds) // 8, 1)])
-        left.set(xlabel="circles learned from [1]", ylabel="glitch [µm]")
+        left.set(xticks=rounds[:: max(len(rounds) // 8, 1)], xlabel="circles learned from [1]", ylabel="glitch [µm]")
         after = f"after {len(rounds) - 1}"
         for run, colour, width, label in ((first, VERMILION, 1.6, "before"), (last, BLUE, 0.9, after)):
             order = np.argsort(run.circularity.angle % (2 * np.pi))
             angle = np.degrees(run.circularity.angle % (2 * np.pi))[order]
             right.plot(angle, run.circularity.error[order] * 1e6, color=colour, label=label, linewidth=width)
         right.axhline(0.0, color=GREY, linewidth=0.6)
-        right.set_xticks([0, 90, 180, 270, 360])
-        right.set(xlabel="angle [°]", ylabel="radial error [µm]")
+        right.set(xticks=[0, 90, 180, 270, 360], xlabel="angle [°]", ylabel="radial error [µm]")
         right.legend()
         learned = f"learned with γ = {found.how.share:g} up to {found.how.bandwidth:g} Hz"
         figure.suptitle(f"Circle of {feed_of(first.circle)}, {learned}", fontsize=9)

@@ -34,9 +34,8 @@ def bode_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
                 phase.plot(found.crossover, at, "o", color=color, markersize=4)
         gain.set(ylim=(-60, 60), ylabel="gain |L| [dB]")
         gain.legend(title="phase margin, gain margin", loc="lower left", alignment="left")
-        phase.set_ylim(-400, -40)
-        phase.set_yticks(np.arange(-360, -40, 45))
-        phase.set(ylabel="phase [°]", xlabel="frequency [Hz]", xlim=(LOWEST, nyquist))
+        phase.set(ylim=(-400, -40), yticks=np.arange(-360, -40, 45), ylabel="phase [°]")
+        phase.set(xlabel="frequency [Hz]", xlim=(LOWEST, nyquist))
     return figure
 
 

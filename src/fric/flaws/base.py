@@ -12,7 +12,6 @@ from fric.notice import Notice, Severity
 from fric.units import readable
 
 LISTED = 8  # Elements of a list that a sentence names at most
-
 SMALL = 0.01  # Share of the friction up to which a variation over place or time is only a note
 HALF_WIDTHS = 1.0  # Half-widths of the tightest interval of a level above which the variation makes an estimate wrong
 

@@ -15,7 +15,6 @@ from fric.kernels.increments import reversal
 from fric.kernels.signatures import Step, compiled, compiled_step
 
 _FLOAT, _ARRAY = types.float64, types.float64[::1]
-
 FINEST = 0.02  # Change of F_h/s in one substep; a step that changes it by less is taken whole
 
 

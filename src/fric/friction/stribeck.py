@@ -151,10 +151,9 @@ class OnBlocks(OnStaticMap):
             hint = "Give one of each for every block."
             raise FricError(f"{self.name} has {len(self.alpha)} alpha and {len(self.k)} k", hint=hint)
         if not (min(self.alpha) >= 0 and abs(sum(self.alpha) - 1) <= 1e-5):  # six digits each
-            raise FricError(
-                f"alpha of {self.name} is {', '.join(f'{a:g}' for a in self.alpha)}, which sums to {sum(self.alpha):g}",
-                hint="The shares of the blocks are 0 or more and sum to 1.",
-            )
+            shares = ", ".join(f"{a:g}" for a in self.alpha)
+            what = f"alpha of {self.name} is {shares}, which sums to {sum(self.alpha):g}"
+            raise FricError(what, hint="The shares of the blocks are 0 or more and sum to 1.")
         if not all(k > 0 for k in self.k):
             raise FricError(f"k of {self.name} must be positive")
 

@@ -212,10 +212,9 @@ def _strokes(axis: Axis, limits: Limits, times: int) -> Planned:
     slow = max(FALL[0] * static.v_s, COUNTS * axis.encoder.resolution)
     fall = min(FALL[1] * static.v_s, top)
     if not slow < fall:
-        raise FricError(
-            f"the fall of friction at {readable(static.v_s, si_unit('velocity', axis.motion))} is not between what the "
-            "encoder resolves and the feed", hint="Allow a higher feed, or give another prior.",
-        )  # fmt: skip
+        speed = readable(static.v_s, si_unit("velocity", axis.motion))
+        what = f"the fall of friction at {speed} is not between what the encoder resolves and the feed"
+        raise FricError(what, hint="Allow a higher feed, or give another prior.")
     speeds = [*np.geomspace(slow, fall, 10), *(np.geomspace(fall, top, 6)[1:] if top > 1.2 * fall else ())]
     distance = min(max(SLIPS * slip, 0.5e-3 if not rotates(axis.motion) else SLIPS * slip), 0.5 * stroke)
     settings: dict[str, Setting] = {

@@ -17,7 +17,6 @@ FINEST = 1e-3  # Smallest step as a share of the usual gap: any gap is near a mu
 _GAPS = 400  # Largest number of gaps that are used
 _ORDER = 6  # Highest order of differences for the estimate of noise
 _FALLS = 0.64  # Ratio of variances of two orders of differences below which the lower still includes motion
-
 _KEPT = 4096  # Number of cached lattices, by digest of the channel: every judgement needs that of the position
 _known: dict[bytes, float | None] = {}
 STUCK = 5  # Number of consecutive samples at its extreme from which a force or input counts as clipped

@@ -234,10 +234,8 @@ class ObserverResult(Design, schema=ObserverDocument, of="content"):
         """Return Q, its limits, and the margins."""
         tree = self.document
         titles = {"robust": "|T·Delta| ≤ 1, eq. (8)", "sensitive": f"Ms ≤ {self.asked} of the whole loop"}
-        rows = [
-            [titles[name], *(_described(found.get(key)) for key in ("cutoff", "bandwidth"))]
-            for name, found in tree["limits"].items()
-        ]
+        limits = ((titles[name], found.get("cutoff"), found.get("bandwidth")) for name, found in tree["limits"].items())
+        rows = [[title, *map(_described, reach)] for title, *reach in limits]
         q = f"Q  {tree['filter']}, cutoff {_described(tree['cutoff'])}, -3 dB at {_described(tree['bandwidth'])}"
         return [q, f"   {tree['reason']}", Table(["limit", "cutoff", "bandwidth"], rows), self.margins()]
 

@@ -265,11 +265,9 @@ def require_trust(
     if distrust:
         name = quote(machine_name(made_from[0]["file"])) if made_from else "MACHINE.yaml"
         many = f"fric simulate circle {name} --scheme a,{part.scheme} --monte-carlo 20 -o run.h5"
-        raise FricError(
-            f"scheme {part.scheme} on axis {part.axis} is not to be trusted yet. {' '.join(distrust)}",
-            hint=f"Give a run with varied machines (`{many}`) with `drawn=`, and a measured circle with `circles=`; "
-            "`force=True` exports it nevertheless.",
-        )
+        what = f"scheme {part.scheme} on axis {part.axis} is not to be trusted yet. {' '.join(distrust)}"
+        hint = f"Give a run with varied machines (`{many}`) with `drawn=`, and a measured circle with `circles=`; "
+        raise FricError(what, hint=f"{hint}`force=True` exports it nevertheless.")
 
 
 def _of_session(

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from fric.documents.plan import PlanDocument  # it loads what plans and simulates
 
 D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, "PlanDocument")
-
 CIRCLES = "circle tests, or their files"  # Arguments of verbs that are measured circles
 
 

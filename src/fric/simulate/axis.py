@@ -88,13 +88,11 @@ def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:
         return None
     nominal_friction = axis.nominal_friction
     if scheme.friction not in nominal_friction.models:
-        raise FricError(
-            f"scheme {scheme.name} feeds '{scheme.friction}' friction forward, "
-            f"and the controller of axis {axis.name} believes in {', '.join(nominal_friction.models) or 'none'}",
-            hint=f"Identify it: fric identify {scheme.friction}."
-            if scheme.friction in models()
-            else f"There is no such model; there are {', '.join(models())}.",
-        )
+        what = f"scheme {scheme.name} feeds '{scheme.friction}' friction forward, "
+        what += f"and the controller of axis {axis.name} believes in {', '.join(nominal_friction.models) or 'none'}"
+        hint = f"There is no such model; there are {', '.join(models())}."
+        hint = f"Identify it: fric identify {scheme.friction}." if scheme.friction in models() else hint
+        raise FricError(what, hint=hint)
     return nominal_friction.models[scheme.friction]
 
 
@@ -157,10 +155,8 @@ def _loop_arguments(
     axis = jointly_designed(axis, scheme, reference)
     plant, cascade = axis.plant, axis.cascade
     if reference.sampling != cascade.sampling:
-        raise FricError(
-            f"the reference is sampled at {reference.sampling:g} Hz, "
-            f"the controller of axis {axis.name} at {cascade.sampling:g} Hz"
-        )
+        other = f"the controller of axis {axis.name} at {cascade.sampling:g} Hz"
+        raise FricError(f"the reference is sampled at {reference.sampling:g} Hz, {other}")
     setting = setting_of(axis, scheme, reference)
     controller, *others = blocks_of(axis, scheme, setting)
     require_stable(axis, setting, controller, others)
@@ -205,11 +201,10 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
         for block in (block for block in blocks if block.repeats):
             share, frequency = learned_share(block, loop, setting)
             if share >= 1.0:
-                raise FricError(
-                    f"what '{block.name}' learns on axis {axis.name} grows from period to period, by {share:.3g} at "
-                    f"{frequency:.4g} Hz",
-                    hint="Lower its cutoff, or identify the plant again: the nominal one is not the axis' own.",
-                )
+                by = f"by {share:.3g} at {frequency:.4g} Hz"
+                what = f"what '{block.name}' learns on axis {axis.name} grows from period to period, {by}"
+                hint = "Lower its cutoff, or identify the plant again: the nominal one is not the axis' own."
+                raise FricError(what, hint=hint)
         return
     parts = ["its observer"] if any(block.kind == "observer" for block in blocks) else []
     parts += [f"{risen:.0%} more force per volt"] if risen else []

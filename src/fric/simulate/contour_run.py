@@ -191,10 +191,8 @@ def pair(machine: Machine, only: str | None = None, *, both: bool = False) -> tu
             raise FricError(f"axis {alone.name} turns: it makes no circle", hint=f"Say {' or '.join(usual)}.")
         return beside(alone.name)
     if len(linear := [name for name, axis in machine.axes.items() if not rotates(axis.motion)]) < 1 + both:
-        raise FricError(
-            f"this takes {'two linear axes' if both else 'a linear axis'}, and the machine has {len(linear) or 'none'}",
-            hint="Add it to the machine's file.",
-        )
+        what = f"this takes {'two linear axes' if both else 'a linear axis'}"
+        raise FricError(f"{what}, and the machine has {len(linear) or 'none'}", hint="Add it to the machine's file.")
     if len(linear) == 1:
         return beside(linear[0])
     names = ("x", "y") if {"x", "y"} <= set(linear) else tuple(linear[:2])

@@ -36,7 +36,6 @@ from fric.simulate.spread import DEFAULT_SPREADS, Intervals, Spread, check_sprea
 from fric.verb import require_within
 
 T = TypeVar("T")
-
 MACHINES_BY_START = 6  # Machines that one process runs, about, while others start
 _STUDY: Callable[[int], Any]  # The study whose machines a worker process runs
 QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}  # Of the glitch, by keys in files

@@ -378,11 +378,9 @@ def blocks_from_knots(knots: Real, force: Real) -> Blocks:
     k = slopes - np.append(slopes[1:], 0.0)
     if (k <= 0).any():
         bad = int(np.flatnonzero(k <= 0)[0])
-        raise FricError(
-            f"the virgin curve does not get flatter at knot {bad + 1} ({knots[bad] * 1e6:.3g} µm), so its block would "
-            "have no stiffness",
-            hint="Move that knot, leave it out, or use `knots='auto'`.",
-        )
+        knot = f"knot {bad + 1} ({knots[bad] * 1e6:.3g} µm)"
+        what = f"the virgin curve does not get flatter at {knot}, so its block would have no stiffness"
+        raise FricError(what, hint="Move that knot, leave it out, or use `knots='auto'`.")
     return Blocks(k, knots)
 
 

@@ -36,10 +36,8 @@ from fric.records.resolution import noise_level
 from fric.search import minimised
 
 Ranges = Mapping[str, tuple[float, float]]  # Least and largest value in SI that records can show, by dimension
-
 Scale = Literal["log", "linear", "ratio", "share"]
 Key = tuple[str, str]  # Section and name of a parameter
-
 LEVEL = Parameter("ratio", doc="friction level of the records relative to the static map", typical=1.0, name="level")
 """Scale of F_c and F_s of a fixed static map, if each record has a level of friction."""
 FEW_A_SWING = 75  # Samples from reversal to reversal below which a motion may change between them

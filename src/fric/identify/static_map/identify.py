@@ -74,12 +74,9 @@ def identify_static(records: Sequence[Log | ForceVelocity], asked: Asked) -> Sta
     tried = fit.held_out
     fit, negative, notices = _each_direction(strokes, fit) if split else _both_directions(strokes, fit)
     taken_off = any(point.over_position for point in strokes.points)
-    method = (
-        f"{fit.describe_form(tried)}; separable least squares; weights {asked.weights}; average {asked.average}; "
-        f"direction {'each' if split else 'both'}"
-        + ("; force over position removed" if taken_off else "")
-        + "; 95 % intervals by profile likelihood"
-    )
+    method = f"{fit.describe_form(tried)}; separable least squares; weights {asked.weights}; average {asked.average}; "
+    method += f"direction {'each' if split else 'both'}{'; force over position removed' if taken_off else ''}"
+    method += "; 95 % intervals by profile likelihood"
     half = min(fit.estimates[name].half_width for name in ("F_c", "offset") if name in fit.estimates)
     level, pairs = float(np.median(np.abs(fit.problem.F))), list(strokes.stretches.values())
     place = strokes.stretches.place

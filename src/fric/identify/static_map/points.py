@@ -86,13 +86,11 @@ def stroke_points(
     if not points:
         stated = any(log.kind == "constant-velocity" for log in logs)
         kinds = ", ".join(sorted({log.kind for log in logs if log.kind}))
-        raise FricError(
-            "no stroke at constant velocity was found"
-            + (f" (the records say that they are {kinds})" if kinds else "")
-            + (f": {'; '.join(without[:3])}" if stated else ""),
-            where=records[0].source,
-            hint="Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there.",
-        )
+        what = "no stroke at constant velocity was found"
+        what += f" (the records say that they are {kinds})" if kinds else ""
+        what += f": {'; '.join(without[:3])}" if stated else ""
+        hint = "Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there."
+        raise FricError(what, where=records[0].source, hint=hint)
     if without:
         notices.append(RECORDS_WITHOUT_STROKE.found(without=len(without), records=len(logs), why="; ".join(without)))
     return sorted(points, key=lambda point: point.velocity), notices
