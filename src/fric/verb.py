@@ -298,13 +298,18 @@ def useless(goes_with: str, **given: Any) -> None:
 
 
 def require_numbers(holder: Any, names: Iterable[str], several: Container[str] = ()) -> None:
-    """Raise the error of a wrong type where a field is no number, or of those in ``several`` one of its values."""
+    """Raise the error of a wrong type where a field is no number, or of those in ``several`` one of its values.
+
+    Other numbers than those of Python and NumPy, such as fractions, become floats, which is what is compiled for.
+    """
     for name in names:
         given = getattr(holder, name)
         if name in several:
             right = isinstance(given, Iterable) and all(map(is_number, given))
         else:
             right = isinstance(given, float) or is_number(given)
+            if right and not isinstance(given, float | int):
+                object.__setattr__(holder, name, float(given))
         if not right:
             raise refused(type(holder).__name__, f"{name} as {'numbers' if name in several else 'a number'}", given)
 

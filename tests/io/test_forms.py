@@ -8,6 +8,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.io import savemat
 from typer.testing import CliRunner
@@ -1258,3 +1259,14 @@ def test_a_state_that_changes_once_parts_no_table(tmp_path: Path) -> None:
         tmp_path / "log.csv", "enabled;time [s];position [mm];current [A]", state, t, a["position"], a["current"]
     )
     assert len(list(tables(path))) == 1
+
+
+def test_json_of_pandas_is_a_table_and_lines_that_end_in_cr_alone_are_named(tmp_path: Path) -> None:
+    a = axis_of_a_drive(n=500)
+    frame = pd.DataFrame({"time [s]": a["t"], "position [rad]": a["position"], "current [A]": a["current"]})
+    frame.to_json(tmp_path / "a.json", double_precision=15)
+    (table,) = tables(tmp_path / "a.json")
+    np.testing.assert_allclose(next(table.read([1])).columns[0], a["position"])
+    (tmp_path / "cr.csv").write_bytes(frame.to_csv(index=False).replace("\n", "\r").encode())
+    with pytest.raises(FricError, match="end in CR alone"):
+        list(tables(tmp_path / "cr.csv"))

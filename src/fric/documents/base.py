@@ -350,7 +350,7 @@ class Document(Part):
     @classmethod
     def json_schema(cls) -> dict[str, Any]:
         """Return the JSON Schema of this type."""
-        return cls.model_json_schema()
+        return {"$schema": "https://json-schema.org/draft/2020-12/schema", **cls.model_json_schema()}
 
     @classmethod
     def made(

@@ -28,7 +28,7 @@ MOST_BYTES = 128 << 20  # Bytes of a file that are read at most: its values are 
 MOST_DEPTH, LEAST = 12, 3  # Depth of structs at most, and rows of a table at least
 LINES = 20  # Last lines of a head to look at, and rows that may be channels
 _ROW = re.compile(rb"(?:-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?[\s,;|\[\]]+){7}-?\d")  # Eight numbers in a row
-_FIELD, _NEXT = re.compile(rb":\s*-?\d"), re.compile(rb"\}\s*,?\s*\{")
+_FIELD, _NEXT = re.compile(rb":\s*-?\d"), re.compile(rb'\}\s*,?\s*\{|"0": ?[^,{]+, ?"1": ?')
 
 _OCTAVE, _CODESYS = b"# Created by Octave", b"[key]; [value]"
 _MATRIX = re.compile(r"# name: (.+)\n# type: (?:\w+ )?matrix\n# rows: .+\n# columns: ([1-9]\d{0,3})\n((?:[^#\n].*\n)*)")
@@ -136,7 +136,7 @@ def _of_text(path: Path, changed: int, size: int) -> Any:
         units = {f"unit_{name}": unit for name, _, unit in _PAIR_UNIT.findall(last) if is_unit(unit)}
         return units | _columns([row for row in found if len(row) > 1])
     try:
-        return _columns(json.loads(text))
+        return _columns(_of_pandas(json.loads(text)))
     except RecursionError:
         raise FricError("nests too deep", hint="Export arrays.") from None
     except ValueError as error:
@@ -146,10 +146,20 @@ def _of_text(path: Path, changed: int, size: int) -> Any:
         try:
             rows += [json.loads(line)] if line.strip() else []
         except (ValueError, RecursionError):
+            if n == 1 and b"\n" not in path.read_bytes():
+                raise FricError("its lines end in CR alone", hint="Save it again, with lines that end in LF.") from None
             if n == 1:
                 raise FricError(f"is no JSON ({whole})", hint="Export it again.") from None
             raise FricError("is no JSON, or cut off", where=f"{path}, line {n}", hint="Export it again.") from None
     return _columns(rows)
+
+
+def _of_pandas(found: Any) -> Any:
+    """Return what JSON holds; columns by name whose cells are by the number of the row, as pandas writes, as lists."""
+    columns = [*found.values()] if isinstance(found, dict) else []
+    if columns and all(isinstance(of, dict) and [*of][:2] == ["0", "1"] for of in columns):
+        return {name: [*of.values()] for name, of in found.items()}
+    return found
 
 
 def _channels(text: str) -> Mapping[str, Any]:
