@@ -1270,3 +1270,16 @@ def test_json_of_pandas_is_a_table_and_lines_that_end_in_cr_alone_are_named(tmp_
     (tmp_path / "cr.csv").write_bytes(frame.to_csv(index=False).replace("\n", "\r").encode())
     with pytest.raises(FricError, match="end in CR alone"):
         list(tables(tmp_path / "cr.csv"))
+
+
+def test_comments_give_units_to_columns_by_their_names(tmp_path: Path) -> None:
+    a = axis_of_a_drive(n=1500)
+    rows = zip(1000 * np.arange(1500), np.rint(a["position"] / 1e-4), a["current"], strict=True)
+    head = ["# tick enc_cnt load", "# 1 count = 0.1 um, load: N, tick: us", "# no: unit here, m: s"]
+    (tmp_path / "a.dat").write_text("\n".join([*head, *(f"{t} {z:.0f} {f:.4f}" for t, z, f in rows)]) + "\n")
+    (table,) = tables(tmp_path / "a.dat")
+    assert [tuple(column) for column in table.columns] == [("tick", "us"), ("enc_cnt", "0.1 um"), ("load", "N")]
+    fric.ingest(tmp_path / "a.dat", output=tmp_path / "log.h5", assume=True)
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert log.position is not None
+    np.testing.assert_allclose(log.position, np.rint(a["position"] / 1e-4) * 1e-7, atol=1e-15)

@@ -201,7 +201,7 @@ def in_counts(column: Column) -> bool:
 
 _COUNTED = re.compile(
     r"(?i)(position|velocity)_actual_(internal_)?value|"
-    r"^(present|goal)_(position|velocity)$|[_ ](counts|cts|incs?|increments|pulses|ticks)$"
+    r"^(present|goal)_(position|velocity)$|[_ ](counts?|cnts?|cts|incs?|increments|pulses|ticks)$"
 )
 
 

@@ -25,7 +25,7 @@ from fric.flaws.files import LINE_CUT
 from fric.input import foreign, other_kind
 from fric.io.readers.base import RECORD, Column, ForeignTable, Format, Memory, RowBlock, named, whole_stamps
 from fric.io.readers.joined import GAP
-from fric.io.words import fits, spoken
+from fric.io.words import fits, in_counts, spoken
 from fric.units import is_unit
 
 MINUS = "\N{MINUS SIGN}"  # As it is typeset, and as some tables are exported
@@ -168,6 +168,9 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     spaced = any(delimiter + " " in line for line in lines[first:])
     about = _preamble(lines[:top], delimiter)
     columns = _in_units(columns, lines[: first if names is None else names], about, delimiter)
+    columns = [
+        Column(c.name, c.unit or unit) for c, unit in zip(columns, _remarked(columns, lines[:first]), strict=True)
+    ]
     titles = [named(about.get(column.name, "")) for column in columns]  # as in ``CH1: Feedback Position [PUU]``
     if sum(spoken(title).quantity is not None for title in titles) > 1:
         columns = [Column(title.name or c.name, c.unit or title.unit) for title, c in zip(titles, columns, strict=True)]
@@ -188,6 +191,18 @@ def _in_units(columns: list[Column], above: Sequence[str], about: dict[str, str]
     for unit in filter(None, map(_unit, re.findall(r"[^,;\s]+", words))):
         columns = [Column(c.name, c.unit or (unit if spoken(c).quantity and fits(c, unit) else None)) for c in columns]
     return columns
+
+
+def _remarked(columns: Sequence[Column], lines: Sequence[str]) -> list[str | None]:
+    """Return the units that comments give to columns by their names: ``# 1 count = 0.1 um, dac: V, load: N``."""
+    said = ", ".join(line for line in lines if line.startswith(("#", "%", ";", "//")))
+    pairs = re.findall(r"(\w[\w .]*?)\s*[:=]\s*(\d[\d.]* ?[^\W\d]+|[^\s,;]+)", said)
+    units = {name.casefold(): unit for name, unit in pairs if _unit(unit)}
+    each = next(
+        (unit for name, unit in units.items() if re.fullmatch(r"(1 ?)?(count|inc|increment|pulse)s?", name)), None
+    )
+    own = (units.get(column.name.casefold(), each if in_counts(column) else None) for column in columns)
+    return [unit if unit and fits(column, unit) else None for column, unit in zip(columns, own, strict=True)]
 
 
 def _unnamed(rows: Sequence[Sequence[str]]) -> list[str]:
