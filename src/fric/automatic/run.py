@@ -286,8 +286,14 @@ class AutoResult(Result, schema=AutoDocument):
         named = {notice.code for notice in (*self.verdict.why, *self.verdict.settled)}
         items = [(item, told) for item in self.page.inputs.items for told in item.warnings if told.code not in named]
         wrong = [f"wrong: {item.kind} of axis {item.axis}: {text}" for item, text in items if text.severity == "wrong"]
-        doubts = {n.code: re.split(r"(?<!Eq)[.] ", n.says)[0].rstrip(".") for _, n in items if n.severity == "doubt"}
+        doubts = {n.code: _in_short(n) for _, n in items if n.severity == "doubt"}
         return [*dict.fromkeys(wrong), *(f"doubt: {says} (`fric help {code}`)" for code, says in doubts.items())]
+
+
+def _in_short(notice: Notice) -> str:
+    """Return the first sentence of a notice, with the record that it is of."""
+    record = re.search(r"record '([^']+)'$", notice.where)
+    return (record[1] + ": " if record else "") + re.split(r"(?<!Eq)[.] ", notice.says)[0].rstrip(".")
 
 
 def _found(name: str, outcome: AxisOutcome) -> Table:
