@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)  # it says in 17 lines which font it takes instead
+logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it says in 17 lines which font it takes, and where no home is
 
 # Okabe and Ito's palette, distinguishable with every common colour vision and in grey.
 BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
