@@ -316,8 +316,8 @@ def test_a_fraction_is_a_number_and_what_no_document_is_has_no_examples():
     assert fric.Dahl(Fraction(1, 3), 3e7, 1.0, 10.0).F_c == 1 / 3
     with pytest.raises(FricError, match="no type of document 'nosuch'"):
         fric.bundled("nosuch")
-    with pytest.raises(AttributeError, match="make_report"):
-        fric.report  # noqa: B018
+    with pytest.raises(AttributeError, match="Is it circle"):
+        fric.simulate_circle  # noqa: B018
 
 
 @pytest.mark.parametrize("given", ["", "5 mm/s, x", ["x"]])

@@ -95,7 +95,7 @@ def test_what_fits_is_as_before():
 
 def test_shared_arguments_are_described_in_each_verb():
     told = fric.circle_map.__doc__
-    assert "machine\n    The machine, as in configs/." in told
+    assert "machine\n    A machine file, or a bundled machine such as xy-table." in told
     assert told.index("feeds\n") < told.index("machine\n") < told.index("\nRaises\n")
     assert "    Predict the circle too." in fric.diagnose.__doc__  # its own description stays
     assert (
