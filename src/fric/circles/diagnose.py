@@ -16,16 +16,7 @@ from scipy.special import stdtrit
 
 from fric.arrays import Indices, Mask, Real
 from fric.circles.measured import MeasuredCircle, measured_from_run
-from fric.circles.revolutions import (
-    Glitch,
-    GlitchPulse,
-    Revolutions,
-    glitch_of,
-    kick_of,
-    pulses,
-    revolutions,
-    with_measured,
-)  # fmt: skip
+from fric.circles.revolutions import Glitch, GlitchPulse, Revolutions, glitch_of, kick_of, pulses, revolutions
 from fric.contour import QUADRANTS, of_axes
 from fric.control.scheme import Scheme
 from fric.errors import FricError
@@ -652,7 +643,7 @@ def predict(
     test = measured.test
     circle = Circle(test.radius, test.feed, 2, test.direction)
     run = run_circle(machine, scheme, circle, schemes=4)  # as many: the measured circle and both diagnoses are kept
-    found = diagnose([with_measured(measured_from_run(run), measured.tests[0], run.traces)])
+    found = diagnose([measured.tests[0].beside(measured_from_run(run), run.traces)])
     done()
     if not known:
         return found, None

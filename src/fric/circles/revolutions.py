@@ -155,6 +155,24 @@ class Revolutions:
         scatter = np.where(count > 1, np.sqrt(square / np.maximum(count - 1, 1)), np.nan)
         return (np.arange(bins) + 0.5) * 2 * pi / bins, mean, scatter
 
+    def beside(self, simulated: MeasuredCircle, known: Container[str]) -> MeasuredCircle:
+        """Return a simulated circle on which an axis without a model errs as it was measured to.
+
+        Centre, scales and the median radius are of both axes: where one followed its reference, the glitches of the
+        other were 4 to 12 % off.
+        """
+        axes = dict(simulated.axes)
+        for name in axes.keys() & self.errors.keys():
+            if name not in known:
+                bins = min(1440, max(len(self.angle) // self.count, 8))
+                angle, error, _ = replace(self, deviation=self.errors[name]).averaged(bins)
+                x, y = (trace.asked for trace in simulated.together())
+                a, b, _ = fit_circle(x, y)
+                seen = np.isfinite(error)
+                along = np.interp(np.arctan2(y - b, x - a), angle[seen], error[seen], period=2 * pi)
+                axes[name] = replace(axes[name], position=axes[name].asked - along)
+        return replace(simulated, axes=axes)
+
 
 def revolutions(test: MeasuredCircle) -> Revolutions:
     """Return the whole revolutions of a circle test at steady feed, counted back from where the feed ends.
@@ -188,25 +206,6 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
     errors = {name: error[inside][start:] for name, error in errors.items()}
     _refuse_coarse(angle[start:], test.where)
     return Revolutions(test, angle[start:], deviation[start:], revolution, errors)
-
-
-def with_measured(simulated: MeasuredCircle, tested: Revolutions, known: Container[str]) -> MeasuredCircle:
-    """Return a simulated circle on which an axis without a model errs as it was measured to.
-
-    Centre, scales and the median radius are of both axes: where one followed its reference, the glitches of the other
-    were 4 to 12 % off.
-    """
-    axes = dict(simulated.axes)
-    for name in axes.keys() & tested.errors.keys():
-        if name not in known:
-            bins = min(1440, max(len(tested.angle) // tested.count, 8))
-            angle, error, _ = replace(tested, deviation=tested.errors[name]).averaged(bins)
-            x, y = (trace.asked for trace in simulated.together())
-            a, b, _ = fit_circle(x, y)
-            seen = np.isfinite(error)
-            along = np.interp(np.arctan2(y - b, x - a), angle[seen], error[seen], period=2 * pi)
-            axes[name] = replace(axes[name], position=axes[name].asked - along)
-    return replace(simulated, axes=axes)
 
 
 def _refuse_coarse(angle: Real, where: str) -> None:

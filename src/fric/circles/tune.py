@@ -21,7 +21,7 @@ from fric.arrays import Real
 from fric.circles import tune_fit
 from fric.circles.gains import against_stated, lags, stated_voltage
 from fric.circles.measured import MeasuredCircle, measured_from_run
-from fric.circles.revolutions import fit_circle, revolutions, with_measured
+from fric.circles.revolutions import fit_circle, revolutions
 from fric.circles.tune_fit import Balance, FittedBalance, TunedAxis, VoltageRecord, fit, recorded_again, refined
 from fric.contour import QUADRANTS, circularity, of_axes
 from fric.control.scheme import OBSERVER, PAPER_SCHEMES, Scheme
@@ -413,9 +413,8 @@ def distrusts(
     """
     wrong = [item for item in notices if item.severity == "wrong" and not (tests and flaw_of(item).circle_settles)]
     measured = [] if tests else [NO_MEASURED_CIRCLE.found()]
-    return once(
-        [*measured, *wrong, *unknown_gains(notices, tests), *_of_circles(machine, tests, records, circle, gains)]
-    )
+    seen = _of_circles(machine, tests, records, circle, gains)
+    return once([*measured, *wrong, *unknown_gains(notices, tests), *seen])
 
 
 def unknown_gains(notices: Iterable[Notice], tests: Sequence[MeasuredCircle]) -> Iterator[Notice]:
@@ -426,12 +425,9 @@ def unknown_gains(notices: Iterable[Notice], tests: Sequence[MeasuredCircle]) ->
 
 
 def _of_circles(
-    machine: Machine,
-    tests: Sequence[MeasuredCircle],
-    records: Sequence[VoltageRecord],
-    circle: Circle,
+    machine: Machine, tests: Sequence[MeasuredCircle], records: Sequence[VoltageRecord], circle: Circle,
     gains: Mapping[str, float] = MappingProxyType({}),
-) -> Iterator[Notice]:
+) -> Iterator[Notice]:  # fmt: skip
     for test in tests:
         for name in test.names:
             second = machine.axes[name].second_mass if name in machine.axes else None
@@ -461,7 +457,7 @@ def _disagreement(machine: Machine, test: MeasuredCircle, gains: Mapping[str, fl
     judged = of_axes(test.names, machine.axes)
     seen, expected = measured_quadrants(test), tuple(glitch.median for glitch in run.glitches)
     if whole is not None:
-        expected = measured_quadrants(with_measured(measured_from_run(run), whole, run.traces))
+        expected = measured_quadrants(whole.beside(measured_from_run(run), run.traces))
     share = SHARE_APART + max((gains.get(name, 0.0) for name in test.names), default=0.0)
     off = {
         name: (value, other)

@@ -398,7 +398,7 @@ def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> t
         def resolve_command(self, ctx: Any, args: list[str]) -> Any:
             if args[0] not in homes and not args[0].startswith("-"):
                 groups = [key for key, home in homes.items() if isinstance(home, typer.Typer)]
-                inside = [f"{key} {args[0]}" for key in groups if args[0] in homes[key].info.cls.homes]  # type: ignore
+                inside = [f"{key} {args[0]}" for key in groups if args[0] in homes[key].info.cls.homes]  # type: ignore[union-attr]
                 there = f"Is it `fric {inside[0]}`?" if inside else f"Commands: {', '.join(self.list_commands(ctx))}."
                 ctx.fail(f"there is no command '{args[0]}'. {near(args[0], homes)}{there}")
             return super().resolve_command(ctx, args)

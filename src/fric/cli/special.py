@@ -96,14 +96,9 @@ OF_PLAN = "a plan of all records", "the next record after a last result (`last=`
 
 
 def _by(
-    command: Command,
-    given: dict[str, Any],
-    second: str,
-    so: bool,
-    of: tuple[str, str],
-    but: Container[str] = (),
+    command: Command, given: dict[str, Any], second: str, so: bool, of: tuple[str, str], but: Container[str] = (),
     **changed: Any,
-) -> Command:
+) -> Command:  # fmt: skip
     """Return the command, if so by its second verb; refuse an option of the other verb, which would say nothing.
 
     of: What the options of the two verbs go with, in words.

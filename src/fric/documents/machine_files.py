@@ -677,9 +677,8 @@ def read_identified(
             NO_INTERVAL, where=str(path),
             hint="Give files that `fric identify` wrote: `nominal_files='x=FRICTION.yaml'`, or in the machine file.",
         )  # fmt: skip
-    return IdentifiedMachine(
-        replace(machine, axes=axes), intervals, covariances, beyond, widened, tuple(warnings), gains
-    )
+    whole = replace(machine, axes=axes)
+    return IdentifiedMachine(whole, intervals, covariances, beyond, widened, tuple(warnings), gains)
 
 
 def machine_to_predict(path: Path) -> tuple[Machine, IdentifiedMachine | None]:
