@@ -18,7 +18,7 @@ COMMON, FACTOR = 0.05, 7.4
 """Standard deviation of the level of an axis from record to record that is exceeded as often as not [1], and the factor
 from it that two of three are within: in public logs two records of a linear axis have 1 %, four of a grinder 26 %."""
 COLUMNS_APART = 1e-7  # Least singular value of columns of size 1 that a record tells apart; squares halve the digits
-DIFFERENT = 1e-3  # Probability of such a scatter with equal parameters, below which records count as different
+DIFFERENT = 1e-3  # Probability of a scatter with equal parameters, below which records count as different
 OF_TWO = 0.05  # Probability above which two records are not said to scatter: one difference hardly tells the next
 
 

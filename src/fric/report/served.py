@@ -32,10 +32,10 @@ from fric.results.identify import GMSResult
 from fric.units import Motion, in_units_of, prefixed, readable, rotates, si_unit
 
 HOST = "127.0.0.1"
-MOST_KNOT_REQUEST = 16_384  # Largest size of a request [bytes]
-MOST_KNOTS = 12
+MOST_KNOT_REQUEST = 16_384  # Largest size of a request of the page of knots [bytes]
+MOST_KNOTS = 12  # Knots at most in it
 Fit = Callable[[Sequence[float]], "GMSResult"]  # Returns the blocks of knots [m]
-MOST_REQUEST = 262_144  # Largest size of a request [bytes]
+MOST_REQUEST = 262_144  # Largest size of a request of the page of columns [bytes]
 MOST_WORD = 60  # Largest length of a name or a unit [characters]
 SKETCH = 160  # Points of the sketch of a column
 TAKEN = ("time", "position", "velocity", "force", "input", "reference", "load_position")  # What a column can be
