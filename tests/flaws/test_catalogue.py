@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from string import Formatter
 from tempfile import TemporaryDirectory
@@ -320,6 +321,19 @@ def of_voltage(scale: float) -> list[Notice]:
     u = 0.5 * np.sin(np.arange(4000) / 300.0)
     log = Log(time=np.arange(4000) / 1e3, position=1e-5 * u, input=u, force=100.0 * scale * u + RNG.normal(size=4000))
     return flaws.record_flaws([log], "gms", Plant(1.0, 2.0, 1e-3, 100.0))
+
+
+def test_where_all_records_agree_the_response_that_gave_K_f_is_of_another_scale() -> None:
+    """Fifteen records were blamed for the voltage of one."""
+    u = 0.5 * np.sin(np.arange(4000) / 300.0)
+    noise = iter(RNG.normal(size=(3, 4000)))
+    logs = [Log(np.arange(4000) / 1e3, 1e-5 * u, input=u, force=100.0 * u + next(noise), name=name) for name in "abc"]
+    every, half = (
+        next(n for n in flaws.record_flaws(of, "gms", Plant(1.0, 2.0, 1e-3, 200.0)) if n.code == "force-scale-differs")
+        for of in (logs, [*logs[:2], replace(logs[2], force=2.0 * logs[2].force)])
+    )
+    assert every.says.startswith("K_f is 2 times what a, b and c show: the response has another scale.")
+    assert half.says.startswith("The force of a and b is 0.5 times what K_f makes of its voltage")
 
 
 def compensated(lead: float) -> Log:

@@ -76,8 +76,10 @@ K_F_DIFFERS = Flaw("K_f-differs", "wrong",
     "K_f was given as {given}, and the logged force is {found} times the input.",
     "Check the scales of force and input.", widens={"K_f": 0.1})
 FORCE_SCALE_DIFFERS = Flaw("force-scale-differs", "wrong",
-    "The force of {records} is {ratio:.3g} times what K_f makes of its voltage: another scale, or another axis.",
-    "Check the unit of the force in these files, or leave them out.", widens={"level": 0.2})
+    "{every:K_f is {other:.3g} times what {records} show: the response has another scale|"
+    "The force of {records} is {ratio:.3g} times what K_f makes of its voltage: another scale, or another axis}.",
+    "Check the scales of force and voltage in {every:the response|these files, or leave them out}.",
+    widens={"level": 0.2})
 K_F_MISSING = Flaw("K_f-missing", "note", "K_f is not known: no record shows force over input.",
     "Give strokes that have both, or K_f with `force_constant=`.")
 MASS_DIFFERS = Flaw("mass-differs", "wrong", "K_f/B is {found}, and the moving mass was stated as {stated}.",

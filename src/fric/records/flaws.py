@@ -424,16 +424,20 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
 
 def _scale_of_force(logs: Sequence[Log], plant: Plant | None) -> Iterator[Notice]:
     """Warn of records whose force is no K_f times their voltage, though it is proportional to that."""
-    ratios = dict[str, float]()
+    ratios, alike = dict[str, float](), 0
     for log in logs:
         if plant is None or log.force is None or log.input is None or is_effort(log.motion) or not log.input.any():
             continue
         slope = float(log.force @ log.input) / float(log.input @ log.input)
         rest = log.force - slope * log.input
-        if rest @ rest < OF_VOLTAGE * (log.force @ log.force) and abs(slope / plant.K_f - 1.0) > OTHER_SCALE:
-            ratios[log.name] = slope / plant.K_f
+        if rest @ rest < OF_VOLTAGE * (log.force @ log.force):
+            alike += abs(slope / plant.K_f - 1.0) <= OTHER_SCALE
+            ratios |= {} if abs(slope / plant.K_f - 1.0) <= OTHER_SCALE else {log.name: slope / plant.K_f}
     if ratios:
-        yield channel.FORCE_SCALE_DIFFERS.found(records=[*ratios], ratio=float(np.median([*ratios.values()])))
+        ratio = float(np.median([*ratios.values()]))
+        spread = float(np.ptp([*ratios.values()])) / abs(ratio)
+        every = not alike and len(ratios) > 2 and spread < OTHER_SCALE  # then it is K_f that is of another scale
+        yield channel.FORCE_SCALE_DIFFERS.found(records=[*ratios], ratio=ratio, other=1.0 / ratio, every=every)
 
 
 def record_flaws(logs: Sequence[Log], purpose: Purpose, plant: Plant | None = None) -> list[Notice]:
