@@ -332,8 +332,8 @@ def test_where_all_records_agree_the_response_that_gave_K_f_is_of_another_scale(
         next(n for n in flaws.record_flaws(of, "gms", Plant(1.0, 2.0, 1e-3, 200.0)) if n.code == "force-scale-differs")
         for of in (logs, [*logs[:2], replace(logs[2], force=2.0 * logs[2].force)])
     )
-    assert every.says.startswith("K_f is 2 times what a, b and c show: the response has another scale.")
-    assert half.says.startswith("The force of a and b is 0.5 times what K_f makes of its voltage")
+    assert every.says.startswith("K_f is 2 times what a, b, c show: the response has another scale.")
+    assert half.says.startswith("The force of a, b is 0.5 times what K_f makes of its voltage")
 
 
 def compensated(lead: float) -> Log:
