@@ -351,9 +351,11 @@ def decide(evidence: Evidence) -> Verdict:
         kept = max(chosen.stays_under, seen) <= evidence.tolerance
         if seen > evidence.tolerance:
             why += (prediction.MEASURED_BEYOND.found(scheme=chosen.named, seen=Estimate(seen, "m")),)
+    wrong = any(notice.severity == "wrong" for notice in why)  # then an export is refused; the reasons say what to mend
+    then = tuple(step for step in steps(evidence, chosen, kept=kept) if not (wrong and step.startswith("fric export ")))
     return Verdict(
         choice=chosen, headline=headline(chosen, without, now, evidence, kept=kept), why=why, kept=kept,
-        effort=(*_effort(chosen, usable, evidence), *said), next=tuple(steps(evidence, chosen, kept=kept)), **given,
+        effort=(*_effort(chosen, usable, evidence), *said), next=then, **given,
     )  # fmt: skip
 
 

@@ -128,6 +128,8 @@ def test_the_command_to_export_names_the_folder_of_auto_alone():
     assert line == "next: fric export linuxcnc found --axis x --scheme c -o controller"  # fits a terminal
     assert others.lstrip().startswith("# ")  # may be pasted, too
     assert "--circle other.h5" in decide(replace(given, circle="other.h5")).next[0]
+    wrong = decide(replace(given, notices=[Notice("force turned", "force-scale-differs", "wrong")]))
+    assert not any("export" in step for step in wrong.next)  # which would be refused
 
 
 def test_no_scheme_is_recommended_against_a_measured_circle():
