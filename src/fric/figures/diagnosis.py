@@ -169,7 +169,7 @@ def draw_learned(found: Learned) -> Figure:
         left.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
         for formatter in (left.yaxis.set_major_formatter, left.yaxis.set_minor_formatter):
             formatter("{x:g}")
-        left.set(xticks=rounds[:: max(len(rounds) // 8, 1)], xlabel="circles learned from", ylabel="glitch [µm]")
+        left.set(xticks=rounds[:: max(len(rounds) // 8, 1)], xlabel="circles learned from [1]", ylabel="glitch [µm]")
         after = f"after {len(rounds) - 1}"
         for run, colour, width, label in ((first, VERMILION, 1.6, "before"), (last, BLUE, 0.9, after)):
             order = np.argsort(run.circularity.angle % (2 * np.pi))

@@ -185,8 +185,10 @@ def recognised_kind(
     found = _kind_by_motion(log, segments, rests, sine, rise, reversals, stairs)
     if found == "motion" and segments and log.reference is not None:
         asked = replace(log, position=log.reference, velocity=None, force=None, input=None)
-        strokes = _kind_by_motion(asked, *segments_and_rests(asked), None, None, 0, None)
-        found = strokes if strokes == "constant-velocity" else found
+        plateaus, pauses = segments_and_rests(asked)
+        moving = len(log) - sum(stop - start for start, stop in pauses)
+        even = sum(segment.stop - segment.onset for segment in plateaus) >= STEADY_SHARE * moving
+        found = "constant-velocity" if even and len(segments) < len(plateaus) else found
     return found
 
 

@@ -146,7 +146,7 @@ def _of_text(path: Path, changed: int, size: int) -> Any:
         try:
             rows += [json.loads(line)] if line.strip() else []
         except (ValueError, RecursionError):
-            if n == 1 and b"\n" not in path.read_bytes():
+            if n == 1 and b"\r" in (held := path.read_bytes()) and b"\n" not in held:
                 raise FricError("its lines end in CR alone", hint="Save it again, with lines that end in LF.") from None
             if n == 1:
                 raise FricError(f"is no JSON ({whole})", hint="Export it again.") from None

@@ -168,9 +168,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     spaced = any(delimiter + " " in line for line in lines[first:])
     about = _preamble(lines[:top], delimiter)
     columns = _in_units(columns, lines[: first if names is None else names], about, delimiter)
-    columns = [
-        Column(c.name, c.unit or unit) for c, unit in zip(columns, _remarked(columns, lines[:first]), strict=True)
-    ]
+    columns = [Column(*both) for both in zip([c.name for c in columns], _remarked(columns, lines[:first]), strict=True)]
     titles = [named(about.get(column.name, "")) for column in columns]  # as in ``CH1: Feedback Position [PUU]``
     if sum(spoken(title).quantity is not None for title in titles) > 1:
         columns = [Column(title.name or c.name, c.unit or title.unit) for title, c in zip(titles, columns, strict=True)]
@@ -194,15 +192,18 @@ def _in_units(columns: list[Column], above: Sequence[str], about: dict[str, str]
 
 
 def _remarked(columns: Sequence[Column], lines: Sequence[str]) -> list[str | None]:
-    """Return the units that comments give to columns by their names: ``# 1 count = 0.1 um, dac: V, load: N``."""
+    """Return units of columns, also those that comments give by their names: ``# 1 count = 0.1 um, dac: V``."""
     said = ", ".join(line for line in lines if line.startswith(("#", "%", ";", "//")))
     pairs = re.findall(r"(\w[\w .]*?)\s*[:=]\s*(\d[\d.]* ?[^\W\d]+|[^\s,;]+)", said)
-    units = {name.casefold(): unit for name, unit in pairs if _unit(unit)}
-    each = next(
-        (unit for name, unit in units.items() if re.fullmatch(r"(1 ?)?(count|inc|increment|pulse)s?", name)), None
+    sizes, lack = re.compile(r"(1 ?)?(count|inc|increment|pulse)s?"), {c.name.casefold() for c in columns if not c.unit}
+    folded = ((name.casefold(), unit) for name, unit in pairs)
+    units = {name: unit for name, unit in folded if (name in lack or sizes.fullmatch(name)) and _unit(unit)}
+    each = next((unit for name, unit in units.items() if sizes.fullmatch(name)), None)
+    own = (
+        units.get(column.name.casefold(), each if each and not column.unit and in_counts(column) else None)
+        for column in columns
     )
-    own = (units.get(column.name.casefold(), each if in_counts(column) else None) for column in columns)
-    return [unit if unit and fits(column, unit) else None for column, unit in zip(columns, own, strict=True)]
+    return [c.unit or (unit if unit and fits(c, unit) else None) for c, unit in zip(columns, own, strict=True)]
 
 
 def _unnamed(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -431,6 +432,8 @@ def _of_ids(table: "TextTable", rows: Sequence[Sequence[str]]) -> Sequence[Forei
     words = [n for n, of in enumerate(cells) if not any(not c or is_number(c, decimal) or _STAMP.match(c) for c in of)]
     ids = words or [n for n, of in enumerate(cells) if all(c.isdigit() for c in of)]
     ids = [n for n in ids if 3 * len({*cells[n]}) <= len(rows) and last[n] != cells[n][0]]  # else of a state
+    called = {n: table.columns[n] for n in ids}
+    ids = [n for n, of in called.items() if words or (of.name[:7] != "column " and spoken(of).quantity is None)]
     if not ids or len(words) > 1 or (words and cells[words[0]][0] in last):
         return []
     frame = pd.concat([frame for frame, _ in table.frames()], ignore_index=True)
@@ -438,7 +441,8 @@ def _of_ids(table: "TextTable", rows: Sequence[Sequence[str]]) -> Sequence[Forei
         named, rest = frame[k].astype("str").str.strip(), [n for n in range(len(table.columns)) if n != k]
         begins = np.flatnonzero(named != named.shift())
         values = [as_numbers(frame[n], decimal, table.columns[n].unit) for n in rest]
-        if 1 < len(begins) == named.nunique() and any(_begins_again(x, begins[1:]) for x in values):
+        clocks = [x for n, x in zip(rest, values, strict=True) if spoken(table.columns[n]).quantity == "time"] or values
+        if 1 < len(begins) == named.nunique() and any(_begins_again(x, begins[1:]) for x in clocks):
             pieces = zip(named[begins], *(np.split(x, begins[1:]) for x in values), strict=True)
             columns = [table.columns[n] for n in rest]
             return [Memory(table.path, columns, x, table.constants, {"name": of, RECORD: of}) for of, *x in pieces]
