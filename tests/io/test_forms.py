@@ -1283,3 +1283,12 @@ def test_comments_give_units_to_columns_by_their_names(tmp_path: Path) -> None:
     (log,) = read_logs(tmp_path / "log.h5")
     assert log.position is not None
     np.testing.assert_allclose(log.position, np.rint(a["position"] / 1e-4) * 1e-7, atol=1e-15)
+
+
+def test_periods_that_differ_and_no_field_can_name_are_asked(tmp_path: Path) -> None:
+    a = axis_of_a_drive(n=4000)
+    for name, every in (("slow", 8), ("fast", 2)):
+        rows = zip(a["position"][::every], a["current"][::every], strict=True)
+        head = ["SERVO", f"Sampling cycle {{x}},{every} msec", "INDEX,POS(mm),TCMD(A)"]
+        (tmp_path / f"{name}.csv").write_text("\n".join([*head, *(f"0,{z:.6f},{i:.5g}" for z, i in rows)]) + "\n")
+    assert 'time: {period: "? ms"}' in proposal(sorted(tmp_path.glob("*.csv")))

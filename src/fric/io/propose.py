@@ -276,8 +276,10 @@ def _of_group(members: Sequence[ForeignTable]) -> Iterator[Guess]:
     if len(axes := axes_of(alike[:MOST_FILES])) <= 1:
         axes = [_filled(first, axes[0], by_name) if axes else by_name]
     for axis in axes:
-        if "time" in axis.roles and not apart:
-            axis.roles["time"] = replace(axis.roles["time"], field="")
+        if (time := axis.roles.get("time")) and time.column is None and time.unit:
+            known = time.field or not apart  # else each file has another, and no field that a mapping can name
+            wanted = time if apart else replace(time, field="")
+            axis.roles["time"] = wanted if known else replace(time, unit="", unit_likelihood=0.0)
     found = [_with_name(Guess(names, first, axis, False), alone=len(axes) == 1) for axis in axes]
     forces = [(guess, guess.axis.roles["force"]) for guess in found if "force" in guess.axis.roles]
     sure = {guess.stem(force.column): force.unit for guess, force in forces if force.unit_likelihood > SURE}

@@ -8,6 +8,7 @@ for the user to state.
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from json import dumps
 from math import log
 
 import numpy as np
@@ -414,9 +415,9 @@ def said_clock(constants: Mapping[str, str]) -> Role | None:
         seconds = 1.0 / seconds if rate and seconds else seconds
         if 1e-6 < seconds < 10.0:
             why, sure = f"the file says {name} = {text}", 0.97 if unit or usual in {"Hz", "s"} else 0.9
-            of_file = (
-                f'{"rate" if rate else "period"}: "{{{name}}}{" " * (not found[2])}{"" if found[2] else unit or usual}"'
-            )
+            template = dumps(f"{{{name}}}" if found[2] else f"{{{name}}} {unit or usual}", ensure_ascii=False)
+            nameable = name.isprintable() and not {*"{}"} & {*name}
+            of_file = f"{'rate' if rate else 'period'}: {template}" if nameable else ""
             return Role("time", None, f"{seconds:.9g} s", 0.97, sure, why, field=of_file)
     return None
 

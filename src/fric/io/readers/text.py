@@ -194,7 +194,7 @@ def _in_units(columns: list[Column], above: Sequence[str], about: dict[str, str]
 def _remarked(columns: Sequence[Column], lines: Sequence[str]) -> list[str | None]:
     """Return units of columns, also those that comments give by their names: ``# 1 count = 0.1 um, dac: V``."""
     said = ", ".join(line for line in lines if line.startswith(("#", "%", ";", "//")))
-    pairs = re.findall(r"(\w[\w .]*?)\s*[:=]\s*(\d[\d.]* ?[^\W\d]+|[^\s,;]+)", said)
+    pairs = re.findall(r"(\w[\w .]{0,39}?)\s?[:=]\s*(\d[\d.]* ?[^\W\d]+|[^\s,;]+)", said)
     sizes, lack = re.compile(r"(1 ?)?(count|inc|increment|pulse)s?"), {c.name.casefold() for c in columns if not c.unit}
     folded = ((name.casefold(), unit) for name, unit in pairs)
     units = {name: unit for name, unit in folded if (name in lack or sizes.fullmatch(name)) and _unit(unit)}
