@@ -273,6 +273,9 @@ def test_an_axis_without_a_model_errs_as_measured_in_the_prediction():
         assert found.glitches[name].value == pytest.approx(seen.glitches[name].value, rel=0.01)
         assert abs(blind.glitches[name].value / seen.glitches[name].value - 1.0) > 0.02
     assert list(_disagreement(alone, measured, {})) == []
+    stiffer = replace(alone, axes={"x": replace(axes["x"], cascade=replace(slow, K_p=97.0))})
+    assert len(list(_disagreement(stiffer, measured, {"x": 0.01}))) == 1
+    assert list(_disagreement(stiffer, measured, {"x": 0.12})) == []  # K_p is known to 12 %, and so is the glitch
 
 
 def test_sign_and_width_are_named():

@@ -253,6 +253,10 @@ def test_a_circle_settles_only_what_the_drawn_machines_were_made_to_agree_with()
     found = decide(evidence_of(made, table, disagreements=others, compared=True, circle="in/four.h5"))
     assert "two differs from its prediction, and 2 other circles agree" in found.headline
     assert found.next[0].startswith("fric diagnose in/two.h5 ")
+    fitted = replace(prediction, distrust=(COMPLETED_DISAGREES.found("/here/one.h5, test 'circle'", glitches="+x"),))
+    found = decide(evidence_of(made, table, fitted, disagreements={"one.h5": []}))  # it agreed with the file's machine
+    assert found.choice is None
+    assert "other circle" not in found.headline  # there is none: the circle itself was counted
     # with gains that nobody stated and no voltage the machines agree with any circle: it settles nothing
     designed = {"warnings_coded": [GAINS_DESIGNED.found("axis x").as_dict()]}
     unknown = replace(prediction, distrust=(GAINS_UNKNOWN.found("axis x"),))
