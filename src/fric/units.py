@@ -8,6 +8,7 @@ axis: a force is in N on a linear axis and a torque in N·m on a rotary axis. Wh
 """
 
 import re
+from collections.abc import Sequence
 from functools import cache
 from math import ceil, inf, isfinite, log10
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -313,6 +314,11 @@ def readable(value: float, unit: str, digits: int = 3) -> str:
     """Return a value for people: ``readable(2.2e-5, "m") == "22 µm"``; a dash for a value that is no number."""
     scale, shown = prefixed(float(f"{value:.{digits}g}"), unit)
     return f"{significant(value * scale, digits)} {shown}".rstrip()
+
+
+def known_digits(value: float, ci95: Sequence[float] | None) -> int:
+    """Return how many digits of a value its 95 % interval leaves: 2 where it is known to more than 10 %, else 3."""
+    return 2 if ci95 and not ci95[1] - ci95[0] < 0.2 * abs(value) else 3
 
 
 def microns(length: float | None, digits: int = 1, sign: str = "") -> str:

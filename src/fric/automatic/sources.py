@@ -26,9 +26,20 @@ from fric.input import foreign, reading, regular
 from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
-from fric.io.ingest_circle import StatedCircle, ingest_circles
+from fric.io.ingest_circle import StatedCircle, circle_plan, ingest_circles
 from fric.io.pairs import with_joined
-from fric.io.propose import AT_REST, JOINED, NO_FORCE, NO_POSITION, Guessed, axes_said, first_of, guessed, says_all
+from fric.io.propose import (
+    AT_REST,
+    JOINED,
+    NO_FORCE,
+    NO_POSITION,
+    Guess,
+    Guessed,
+    axes_said,
+    first_of,
+    guessed,
+    says_all,
+)
 from fric.io.questions import Ask, answered, axes_mapped, beside
 from fric.io.readers import endings, marked, tables
 from fric.io.recognise import is_hdf5, recognise
@@ -203,6 +214,7 @@ def _guessed(
         guess = guessed(
             [path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None, refused=asking
         )
+        guess = replace(guess, found=tuple(part for part in guess.found if not _of_circle(part, guess.found, found)))
         pushed = tuple(part for part in guess.found if part.kind or {"force", "input"} & part.axis.roles.keys())
         axes = Counter(path for part in guess.found for path in part.files)  # several may run on a circle
         kept = pushed or tuple(
@@ -238,6 +250,13 @@ def _guessed(
                 asking[path] = why
             else:
                 asking.pop(path, None)
+
+
+def _of_circle(part: Guess, parts: Iterable[Guess], found: Sources) -> bool:
+    """Return whether a guess is of the table of a circle, which was found beside other tables of its files."""
+    others = (other for other in parts if other.files == part.files and other.table.columns != part.table.columns)
+    known = found.traces.keys() >= {*part.files} and next(others, None) is not None
+    return known and _tried(lambda: circle_plan(part.table, None, 1.0, {})) is not None
 
 
 def _tried(read: Callable[[], T]) -> T | None:
@@ -338,8 +357,9 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
 
 
 def _renewed(log: Log) -> float:
-    """Return the rate of a record whose input changes at nearly every sample [Hz]; 0 if there is none."""
-    changes = 0 if log.input is None else np.count_nonzero(np.diff(log.input))
+    """Return the rate of a record whose input, or else force, changes at nearly every sample [Hz]; 0 otherwise."""
+    pushed = log.force if log.input is None else log.input
+    changes = 0 if pushed is None else np.count_nonzero(np.diff(pushed))
     return changes / float(log.time[-1] - log.time[0]) if changes > 0.98 * len(log) else 0.0
 
 
@@ -398,7 +418,8 @@ def _share_on_circles(path: Path, mapping: str) -> float:
         read = _tried(lambda: ingest_circles(path, Path(folder) / "circle.h5", mapping=of, stated=any_size))
         if read is None or any(test.angle is not None for test in read.tests):
             return 0.0 if read is None else 1.0
-        return sum(len(test.axes[test.names[0]].time) for test in read.tests) / read.samples
+        share = sum(len(test.axes[test.names[0]].time) for test in read.tests) / read.samples
+        return min(share, ON_CIRCLES) if read.beside else share
 
 
 def _records(

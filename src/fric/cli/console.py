@@ -199,7 +199,7 @@ def progress(description: str) -> Iterator[Any]:
         def listen(begun: str) -> None:
             nonlocal step, trials
             step, trials = (f"{begun} ", count(1)) if begun else (step, trials)
-            bar.update(task, within=step if begun else f"{step}{next(trials)} runs")
+            bar.update(task, within=step if begun else f"{step}run {next(trials)}")
 
         def advance(steps: int = 1, *, total: int | None = None) -> None:
             bar.update(task, total=total)

@@ -54,9 +54,7 @@ class ExpectedPart(Part):
     value: float = Field(description="median of the identified values over several runs, in SI")
     half_width: Known = Field(description="half the 95 % interval; null where the records set no limit")
     unit: str
-    between: tuple[Known, Known] | None = said(
-        "half-widths of single runs, least and largest of nine: 80 % lie between them"
-    )
+    between: tuple[Known, Known] | None = said("half-widths of single runs, least and largest of the simulated runs")
 
 
 class CandidatePart(ExperimentPart):

@@ -89,6 +89,7 @@ def draw_circle_map(found: CircleMap) -> Figure:
     """
     from matplotlib.colors import LogNorm
     from matplotlib.patches import Rectangle
+    from matplotlib.ticker import LogLocator
 
     grid, glitches = found.grid, found.glitches * 1e6
     count = len(grid.schemes)
@@ -123,6 +124,7 @@ def draw_circle_map(found: CircleMap) -> Figure:
             bar = figure.colorbar(drawn, ax=list(panels), shrink=0.9)
             bar.set_label("glitch [µm]")
             bar.ax.yaxis.set_major_formatter("{x:g}")
+            bar.ax.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
             bar.ax.yaxis.set_minor_formatter("{x:g}")
             bar.ax.tick_params(which="both", labelsize=7)
         framed = "; framed: the observer leaves more" if any(np.any(array) for array in spoiled.values()) else ""

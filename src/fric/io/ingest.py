@@ -368,11 +368,11 @@ class IngestSession:
             return
         for table in found:
             try:
-                mapping = self.of_axis(table, (axis, motion))
+                mapping, chosen = self.of_axis(table, (axis, motion)), self._plan(table, motion)
             except FricError as error:
                 if RECORD not in table.said:
                     raise
-                none.append(error)  # parameters are beside the records
+                none.append(error)  # parameters, or a circle, are beside the records
                 continue
             if mapping != (axis, motion):
                 what = f"is of the {words_of(mapping[1])} axis {mapping[0]}, and the log file of the "
@@ -388,7 +388,7 @@ class IngestSession:
             if others:
                 self.warnings.append(AXES_LEFT_OUT.found(str(path), axes=others))
             source = table.said.get("source") or str(path)
-            record = self._add(table, self._plan(table, motion), writer, source, partial(_digest, table, digest))
+            record = self._add(table, chosen, writer, source, partial(_digest, table, digest))
             self.known[record.sha256] = record.name
             self.records.append(record)
         if none and len(self.records) == before:
@@ -553,6 +553,7 @@ class IngestedCircles:
     tests: tuple["MeasuredCircle", ...]
     samples: int
     warnings: tuple[Notice, ...]
+    beside: int = 0  # Tables of the files that hold no circle
 
 
 @dataclass(frozen=True)

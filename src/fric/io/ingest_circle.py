@@ -26,12 +26,13 @@ from fric.io.circle import FORMAT, read_circles, write_circles
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ClockCheck, IngestedCircles, Progress, WholeRows, digest_of, ingest
 from fric.io.readers import tables
-from fric.io.readers.base import Column, ForeignTable, plain_name
+from fric.io.readers.base import RECORD, Column, ForeignTable, plain_name
+from fric.io.roles import said_clock
 from fric.io.words import bare, of_axis, says_something, spoken, tags
 from fric.log import Log
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
-from fric.units import Motion, converts, in_units_of, readable, si_unit
+from fric.units import Motion, converts, in_units_of, parse, readable, si_unit
 
 AXES = "xyz"
 SILENT = frozenset({"position", "pos", "axis", "value", "lage", "achse", "wert"})
@@ -58,6 +59,8 @@ def circle_plan(
     origins = {name: origin_of(table, called[name], channel, motion, fields) for name, channel in channels.items()}
     if sampling is not None:
         origins["time"] = Origin(None, 1.0 / sampling)
+    elif "time" not in origins and (clock := said_clock(table.constants)) and clock.unit:
+        origins["time"] = Origin(None, parse(clock.unit, "time"))
     axes = list(dict.fromkeys(name.partition(".")[0] for name in origins if "." in name))
     whole = [axis for axis in axes if f"{axis}.position" in origins]
     where, columns = str(table.path), table.listed(14)
@@ -210,7 +213,7 @@ def ingest_circles(
     known = {test.sha256 for test in held}
     found: list[MeasuredCircle] = []
     warnings: list[Notice] = []
-    samples = 0
+    samples = beside = 0
     for source in sources:
         if (digest := digest_of(source)) in known:
             warnings.append(THERE_ALREADY.found(str(source), record=""))
@@ -220,20 +223,30 @@ def ingest_circles(
             samples += len(channels["time"])
             found += _tests(channels, motion, stated, str(source), digest)
             continue
+        refused, tests = list[FricError](), list[MeasuredCircle]()
         for table in tables(source, mapping.format if mapping else None):
             fields = {"stem": source.stem, "name": source.name, **table.constants}
             fields = mapping.fields(fields, str(source)) if mapping else fields
-            chosen, text = circle_plan(table, mapping, stated.sampling, fields)
+            try:
+                chosen, text = circle_plan(table, mapping, stated.sampling, fields)
+            except FricError as error:
+                if RECORD not in table.said:
+                    raise
+                refused.append(error)  # strokes are beside the circle
+                continue
             warnings += text
             channels = _whole(table, chosen, bad_cells == "drop", progress or (lambda _: None))
             warnings += table.notices
             samples += len(next(iter(channels.values())))
-            found += _tests(channels, chosen.motion, stated, str(source), digest)
+            tests += _tests(channels, chosen.motion, stated, str(source), digest)
+        if refused and not tests:
+            raise refused[0]
+        found, beside = found + tests, beside + len(refused)
     if stated.radius is None:
         blind = [test for test in found if any(axis.reference is None for axis in test.axes.values())]
         warnings += [RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m")) for test in blind]
     write_circles(output, [*held, *found], json.dumps(provenance() | {"format": FORMAT}), force=force or append)
-    return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)))
+    return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)), beside)
 
 
 def _of_axes(source: Path, mapping: MappingDocument, bad_cells: str) -> tuple[dict[str, Real], Motion]:

@@ -22,7 +22,7 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_sever
 from fric.notice import Notice
 from fric.plausibility import Finding, settled
 from fric.series import largest
-from fric.units import Motion, likely, parse, readable
+from fric.units import Motion, known_digits, likely, parse, readable
 from fric.verb import UnfitError, refused, verb
 
 if TYPE_CHECKING:
@@ -345,7 +345,8 @@ class Identified(Result):
         """Return the values that have no index, as ``F_c 63.3 N``."""
         named = ((name, entry) for section in self.sections().values() for name, entry in section.items())
         values = [
-            f"{name} {readable(entry['value'], entry['unit'])}" for name, entry in named
+            f"{name} {readable(entry['value'], entry['unit'], known_digits(entry['value'], entry.get('ci95')))}"
+            for name, entry in named
             if isinstance(entry.get("value"), int | float) and not entry.get("fixed")
         ]  # fmt: skip
         while len(text := ", ".join(values)) > BRIEF:

@@ -56,7 +56,7 @@ from fric.results.kinds import (
 )
 from fric.series import doubles, require_plausible
 from fric.simulate.spread import closed_intervals, draw_friction, friction_intervals
-from fric.units import Motion, is_effort, readable, short_of_1, si_unit
+from fric.units import Motion, is_effort, known_digits, readable, short_of_1, si_unit
 from fric.verb import Kind, refused, useless, verb
 
 
@@ -467,8 +467,8 @@ class GMSResult(IdentifiedModel, tree=gms_tree):
         """Return the number of blocks, and C."""
         fit = self.fit
         count = len(fit.alpha.value) if isinstance(fit.alpha.value, tuple) else 1
-        C = f"C {readable(float(fit.C), fit.C.unit)}{' (assumed)' if fit.C.assumed else ''}"
-        return f"{count} block{'s' * (count != 1)}, {C}"
+        C = readable(float(fit.C), fit.C.unit, known_digits(float(fit.C), fit.C.limits))
+        return f"{count} block{'s' * (count != 1)}, C {C}{' (assumed)' * fit.C.assumed}"
 
     def report(self) -> list[Piece]:
         """Return alpha, k and C, the reason for the number of blocks, and the residual of each record in replay."""

@@ -56,7 +56,7 @@ class PlanResult(Result, tree=plan_tree):
             half, *most = (significant(scale * width, 2) for width in (expected.half_width, *expected.between))
             described.append([name, significant(scale * expected.value, 4), half, " … ".join(most), unit])
         names = plain_names(self.plan.expected)
-        columns = ("", "value", "± 95 %", "in most runs", "unit", "what it is")
+        columns = ("", "value", "± 95 %", "single runs", "unit", "what it is")
         table = Table(columns, [(*row, name) for row, name in zip(described, names, strict=True)])
         total = readable(sum(self.plan.lasting) + self.approaching, "s")
         speed = readable(self.plan.limits.approach, si_unit("velocity", self.plan.axis.motion))
@@ -139,7 +139,7 @@ def settings_in_words(record: Planned, motion: Any) -> str:
     for name, value in record.settings.items():
         unit = si_unit(SETTINGS[name], motion)
         if SETTINGS[name] == "ratio":
-            described.append(f"{value:g} {name}")
+            described.append(f"{value:g} {name.removesuffix('s') if value == 1 else name}")
             continue
         shown = [readable(v, unit) for v in (value if isinstance(value, tuple) else (value,))]
         listed = ", ".join(shown) if len(shown) < 4 else f"{shown[0]} … {shown[-1]} ({len(shown)})"

@@ -78,7 +78,8 @@ def tables_in(path: Path, source: h5py.File) -> Iterator[ForeignTable]:
     """Read the groups and datasets of an open HDF5 file, as those of MATLAB 7.3."""
     left = iter(range(MOST_PARTS))
     nodes = [(name, node) for name, node in members(source) if not name.startswith("#")]
-    yield from tables_of(path, {_with_unit(name, node): _tree(node, source, left) for name, node in nodes})
+    variables = {_with_unit(name, node): _tree(node, source, left) for name, node in nodes}
+    yield from tables_of(path, _said(source) | variables)
 
 
 def _unpacked(path: Path) -> int:
@@ -157,7 +158,7 @@ def _tree(node: Any, file: h5py.File, left: Iterator[int], depth: int = 0) -> An
         lists = [value for value in fields.values() if isinstance(value, list)]
         if lists and len(lists) == len(fields) and len({len(value) for value in lists}) == 1:  # a struct array
             return [dict(zip(fields, values, strict=True)) for values in zip(*lists, strict=True)]
-        return fields
+        return _said(node) | fields
     if not isinstance(node, h5py.Dataset) or node.shape is None:
         return None
     if node.dtype == h5py.ref_dtype:
@@ -177,6 +178,16 @@ def _tree(node: Any, file: h5py.File, left: Iterator[int], depth: int = 0) -> An
         return None
     flat = _lies(*node.shape)
     return [_DatasetLine(node, n, along=int(not flat)) for n in range(node.shape[flat])]
+
+
+def _said(node: Any) -> dict[str, Any]:
+    """Return the numbers and texts that are attributes of a group, as its sampling rate."""
+    of_format = ("MATLAB", "H5PATH", "CLASS", "TITLE", "VERSION")
+    said = {name: value for name, value in members(node.attrs) if not name.startswith(of_format) and name not in _UNIT}
+    texts = {name: text(node.attrs, name) for name, value in said.items() if isinstance(value, str | bytes)}
+    numbers = {name: float(np.ravel(value)[0]) for name, value in said.items()
+               if np.size(value) == 1 and getattr(value, "dtype", np.dtype("O")).kind in "fiu"}  # fmt: skip
+    return texts | numbers
 
 
 def _with_unit(name: str, node: Any) -> str:
@@ -217,7 +228,10 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
         titles = tuple(map(named, fields))
         said = {"name": f"{path.stem}-{name}", RECORD: name} if len(records) > 1 else {}
         said |= {"axis": axes[name], OF_SEVERAL: " ".join(axes.values())} if axes else {}
-        yield Memory(path, titles, list(fields.values()), constants, said)
+        own = {key.removeprefix(f"{name}."): text for key, text in constants.items() if key.startswith(f"{name}.")}
+        others = tuple(f"{other}." for other in records if other != name)
+        shared = {key: text for key, text in constants.items() if not key.startswith(others)}
+        yield Memory(path, titles, list(fields.values()), own | shared, said)
 
 
 def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -258,12 +272,21 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             if name and group.keys() == common:
                 above = [of.items() for at, of in groups.items() if name.startswith(f"{at}.") or not at]
                 records[name] = _beside(group, {k: v for of in above for k, v in of}) | group
-        return dict(sorted(records.items(), key=lambda pair: -len(next(iter(pair[1].values())))))
+            elif name and {*map(len, group.values())}.isdisjoint(of_alike) and _is_record(group):
+                records[name] = group  # of other columns, as a circle beside strokes
+        longest = {name: -len(next(iter(group.values()))) for name, group in records.items()}
+        return dict(sorted(records.items(), key=lambda pair: (pair[0] not in same, longest[pair[0]])))
     lengths: dict[int, dict[str, Any]] = {}
     for name, values in columns.items():
         lengths.setdefault(len(values), {})[name] = values
     whole = {n: names for n, names in lengths.items() if len(names) > 1 and n > SHORT}
     return {str(n): whole[n] for n in sorted(whole, reverse=True)} if len(whole) > 1 else {"": dict(columns)}
+
+
+def _is_record(fields: Mapping[str, Any]) -> bool:
+    """Return whether columns are a record: of one length, with a time, or with positions among other columns."""
+    lengths, shown = {*map(len, fields.values())}, {spoken(Column(name)).quantity for name in fields}
+    return len(lengths) == 1 and max(lengths) > SHORT and ("time" in shown or ("position" in shown and len(fields) > 2))
 
 
 def _beside(fields: Mapping[str, Any], others: Mapping[str, Any]) -> dict[str, Any]:
