@@ -207,7 +207,7 @@ def _by_header(table: ForeignTable, kind: Kind | None) -> dict[str, ColumnMappin
         columns = columns or [n for n, name in enumerate(spoken) if name == channel]
         if columns:
             found[channel] = ColumnMapping(column=table.find(table.columns[columns[0]].name, channel))
-    taken = {channel.column for channel in found.values()}
+    taken = [n for channel in found.values() if isinstance(n := channel.column, int)]
     for channel in ("input", "reference") if {"time", "position", "force"} <= found.keys() else ():
         alike = [n for n in looking_like(table, channel, taken) if named_as(column := table.columns[n]) == channel
                  and measures(column, channel)]  # fmt: skip

@@ -404,7 +404,8 @@ def said_clock(constants: Mapping[str, str]) -> Role | None:
         of_period, of_rate = _PERIOD.search(plain) or _PERIOD.search(name), _RATE.search(plain) or _RATE.search(name)
         if not found or not (of_period or of_rate):
             continue
-        unit = found[2] or next(iter(re.findall(r"[\[(](kHz|Hz|ms|us|s)[])]", name)), "")
+        unit = found[2] or next(iter(re.findall(r"[\[(](kHz|Hz|ms|us|s)[])]|_(k?[Hh]z|ms|us|s)$", name)), ("", ""))
+        unit = unit if isinstance(unit, str) else "".join(unit).replace("hz", "Hz")
         try:
             value = float(found[1])
             rate = converts(unit, "frequency") or (not unit and bool(of_rate) and not of_period)

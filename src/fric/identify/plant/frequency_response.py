@@ -16,6 +16,7 @@ from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
 from fric.records.flaws import even_sampling
 from fric.records.motion import butterworth, zero_phase
+from fric.records.resolution import lattice_step
 
 SHORTEST = 8  # Least number of samples in a period
 PERIODIC = 0.5  # Autocorrelation above which a signal counts as periodic; noise in the loop reduces it
@@ -31,6 +32,7 @@ SINE = 0.865  # Mean of a sine's size over its deviation is 0.90, that of normal
 STRETCHES = 16  # Stretches of a motion, in each of which a sweep is about a sine
 SEGMENTS = 8  # Length of the record over that of a Welch segment, unless another is given
 DISTORTED = 1.5  # Ratio to the noise of a line above which the periodic part at its neighbours is more than noise
+ABOVE_ROUNDING = 3.0  # Ratio of a driven line to the rounding of the encoder that all periods repeat, at least
 COHERENT = 0.5  # Coherence above which a signal counts as driven by another
 UNKNOWN = 1e9  # Relative deviation of a line without an estimate of its noise: its weight is practically 0
 
@@ -442,7 +444,8 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
         spectra = period_spectra(u, z, period, sampling)
     if known is None and record.reference is not None:
         known = _driven(record.reference, record.position, period)
-    lines = excited(spectra) if known is None else known
+    rounding, size = _repeated_rounding(spectra, z, period), np.abs(np.mean(spectra.position, axis=0))
+    lines = excited(spectra) & (size > ABOVE_ROUNDING * rounding) if known is None else known
     if np.count_nonzero(lines) < 3:
         raise FricError("fewer than three frequencies are excited", where=record.where, hint="Excite more of them.")
     repeating = distortion(spectra, lines)
@@ -451,6 +454,7 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
     spectra = spectra.at(lines)
     G, deviation, coherence = estimate(spectra)
     deviation = np.where(repeating > DISTORTED * deviation, np.hypot(repeating, deviation), deviation)
+    deviation = np.hypot(deviation, rounding[lines] / np.sqrt(2.0) / np.maximum(size[lines], 1e-300))
     count = len(spectra.input)
     mean = np.zeros(period // 2 + 1, complex)
     mean[1 : len(lines) + 1][lines] = spectra.position.mean(axis=0) * 2j * np.pi * spectra.frequency * period
@@ -461,6 +465,17 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
     warnings = (FEW_PERIODS.found(periods=count),) if count < 4 else ()
     averages, correlation = spectra.averages, spectra.correlation
     return MeasuredResponse(table, "periods", text, averages, correlation, sampling, *moved, mean_lines, warnings)
+
+
+def _repeated_rounding(spectra: Spectra, position: Real, period: int) -> Real:
+    """Return the size of an encoder's rounding in each line [m] that all periods have alike, which none averages out.
+
+    Rounding to steps of q is ``q²/12/N`` in each of N lines. Periods that begin at other places between two counts
+    scatter by as much; what they scatter less is the same in each, and a loop answers it as if it were driven.
+    """
+    step = lattice_step(position) or 0.0
+    scatter = ndimage.median_filter(np.var(spectra.position, axis=0, ddof=1), size=21, mode="nearest")
+    return np.asarray(np.sqrt(np.maximum(step**2 / 12.0 / period - scatter, 0.0)))
 
 
 def _driven(reference: Real, position: Real | None, period: int) -> Mask | None:

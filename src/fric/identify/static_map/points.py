@@ -18,6 +18,7 @@ from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.records.over_strokes import REPEATED, OverPlace, over_place
+from fric.records.recognition import kind_of
 from fric.records.resolution import lattice_step
 from fric.records.segments import ENOUGH, SHORTEST, Segment, steady_segments, travelled, velocity_swing
 from fric.statistics import robust_deviation
@@ -80,7 +81,7 @@ def stroke_points(
     without, step = [], force_step(logs)
     for log in logs:
         if isinstance(found := _points_of(log, average, plant, step), str):
-            without.append(f"{log.name} ({found})")
+            without += [f"{log.name} ({found})"] if kind_of(log) in {"constant-velocity", "motion"} else []
         else:
             points += found
     if not points:

@@ -38,6 +38,9 @@ _TOLD = re.compile(r"\s*((?:[A-Za-z_]\w*, ?)+[A-Za-z_]\w*) ?[=:] ?(-?\d[-+.\deE,
 _PAIR_UNIT = re.compile(_PAIR.pattern + r" ?([A-Za-zµ°%][\w/²*]*)(?=[\s,;)]|$)(?!\s?[=:])")
 
 
+NAME, UNIT = ("name", "label", "channel", "signal", "id"), ("unit", "units")  # Keys of a channel, in small letters
+
+
 def _pairs(line: str) -> list[tuple[str, str]]:
     """Return the names and numbers of a line."""
     told = _TOLD.fullmatch(line)
@@ -193,6 +196,8 @@ def _columns(value: Any, depth: int = 0) -> Any:
     if not isinstance(value, list) or not value:
         return value if isinstance(value, str | int | float) else None
     if isinstance(value[0], Mapping):
+        if named := _named(value):
+            return named
         flat = [dict(_leaves(item)) for item in value if isinstance(item, Mapping)]
         if len(flat) >= LEAST and any(number(item) == number(item) for item in flat[0].values()):
             names = dict.fromkeys(name for item in (flat[0], flat[-1]) for name in item)
@@ -204,6 +209,20 @@ def _columns(value: Any, depth: int = 0) -> Any:
         return [_columns(part, depth + 1) for part in value]
     found = _column(value)
     return found if np.isfinite(found).any() else value if isinstance(value[0], str) else None
+
+
+def _named(items: Sequence[Any]) -> dict[str, Real]:
+    """Return the columns of structs that each have a name, perhaps a unit, and a list of numbers; none of others."""
+    found = dict[str, Real]()
+    for item in items:
+        parts = {key.casefold(): part for key, part in item.items()} if isinstance(item, Mapping) else {}
+        lists = [part for part in parts.values() if isinstance(part, list) and len(part) >= LEAST]
+        texts = [next((of for key in keys if isinstance(of := parts.get(key), str)), "") for keys in (NAME, UNIT)]
+        name, unit = texts
+        if len(lists) != 1 or not name or not np.isfinite(column := _column(lists[0])).any():
+            return {}
+        found[f"{name} [{unit}]" if unit else name] = column
+    return found
 
 
 def _column(values: Sequence[Any]) -> Real:
