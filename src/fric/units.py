@@ -316,9 +316,10 @@ def readable(value: float, unit: str, digits: int = 3) -> str:
     return f"{significant(value * scale, digits)} {shown}".rstrip()
 
 
-def known_digits(value: float, ci95: Sequence[float] | None) -> int:
-    """Return how many digits of a value its 95 % interval leaves: 2 where it is known to more than 10 %, else 3."""
-    return 2 if ci95 and not ci95[1] - ci95[0] < 0.2 * abs(value) else 3
+def known_digits(value: float, ci95: Sequence[float | None] | None) -> int:
+    """Return how many digits of a value its 95 % interval leaves: 3 where it is known to 10 %, else 2."""
+    low, high = (inf if limit is None else limit for limit in ci95 or (value, value))
+    return 3 if abs(high - low) < 0.2 * abs(value) or low == high == value else 2
 
 
 def microns(length: float | None, digits: int = 1, sign: str = "") -> str:
