@@ -35,6 +35,7 @@ from fric.io.words import (
     measures,
     named_as,
     of_axis,
+    said_axis,
     spoken,
     tags,
 )
@@ -185,9 +186,10 @@ def guesses(
     groups: dict[tuple[tuple[Column, ...], str | None], list[ForeignTable]] = {}
     for path in paths:
         try:
-            with closing(tables(path, None)) as of_file:
-                for table in of_file:  # which is read as long as its file is open
-                    of_axis = table.said["axis"] if OF_SEVERAL in table.said else axis_of_file(path)
+            with closing(tables(path, None)) as opened_file:
+                for table in opened_file:  # which is read as long as its file is open
+                    of_file = axis_of_file(path) or said_axis(table.constants)
+                    of_axis = table.said["axis"] if OF_SEVERAL in table.said else of_file
                     key = tuple(table.columns), of_axis
                     held = in_memory(table, rows=len(groups.get(key, ())) < MOST_FILES)
                     groups.setdefault(key, []).append(held)
@@ -314,7 +316,7 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
         stems, folders = zip(
             *((path.name.split(".")[0], f"axis {path.parent.name}") for path in guess.files), strict=True
         )
-        name = axis_of_file(guess.files[0]) or axis_of(*stems) or axis_of(*folders)
+        name = axis_of_file(guess.files[0]) or said_axis(guess.table.constants) or axis_of(*stems) or axis_of(*folders)
         turns = rotates(guess.axis.motion) and guess.axis.motion_likelihood >= SURE
         name = None if name in {*"abc"} and not turns else name  # it is of runs
     name = f"axis{name}" if name and name.isdigit() else name

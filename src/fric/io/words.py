@@ -64,6 +64,12 @@ def axis_of_file(path: Path) -> str | None:
     return next((name for name in found if name in {*"xyz"}), None)
 
 
+def said_axis(constants: Mapping[str, str]) -> str | None:
+    """Return the axis that a line of the preamble states, as ``Axis: Y``."""
+    said = (text.strip().lower() for name, text in constants.items() if re.search(r"(?i)(?:^|\.)(axis|achse)$", name))
+    return next((text for text in said if text in {*AXES}), None)
+
+
 def measures(column: Column, channel: str) -> bool:
     """Return whether the unit of a column suits a channel."""
     if (unit := (column.unit or "").strip()) in {"", "1", "%", "-"} or not is_unit(unit):
