@@ -135,6 +135,17 @@ def test_only_driven_lines_are_told_although_the_encoder_repeats_itself() -> Non
     np.testing.assert_allclose(m.response[5:], truth(m.table.frequency[5:]), rtol=0.05)
 
 
+@pytest.mark.parametrize("resolution", [2e-6, 5e-6])
+def test_a_coarse_encoder_that_repeats_itself_drives_no_line(resolution: float) -> None:
+    """A loop answers rounding that all periods have alike: its lines showed the controller: B was 10^5 too large."""
+    m = measure_response(shaken(X, seed=1, position_noise=0.0, voltage_noise=0.0, resolution=resolution))
+    assert m.table.deviation is not None
+    error = np.abs(m.response / truth(m.table.frequency) - 1)
+    assert m.table.frequency.max() <= 400
+    assert np.all(error < 4 * m.table.deviation)
+    assert error[(m.table.frequency > 5) & (m.table.frequency < 50)].max() < 0.02
+
+
 @pytest.mark.parametrize("start", [0, 700])
 def test_a_uniform_reference_drives_no_line(start: int) -> None:
     """What its rounding repeats was taken for driven lines, and a start before the periods bent them all."""

@@ -18,6 +18,7 @@ from fric.automatic.sources import Source, find_sources
 from fric.automatic.steps import axis_steps
 from fric.cli.main import app
 from fric.errors import FricError
+from fric.io.circle import read_circles
 from fric.io.hdf5 import read_logs
 from fric.io.propose import guessed, proposal
 from fric.io.questions import Question, answered
@@ -25,6 +26,7 @@ from fric.io.readers import tables
 from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
 from fric.io.words import spoken, usual_units
+from fric.reference import circle as circle_reference
 from fric.units import converts, factor, parse
 from tests.io.judge import open_roles
 from tests.io.test_roles import axis_of_a_drive, told, write
@@ -567,6 +569,64 @@ def test_groups_and_datasets_of_foreign_hdf5_are_records(tmp_path: Path, lying: 
     fric.ingest(tmp_path / "runs.h5", output=log, assume=True)
     assert [len(record) for record in read_logs(log)] == [4000, 4000]
     assert source.motion == "rotary"
+
+
+@pytest.mark.parametrize("clock", ["attribute of each", "a dataset"])
+def test_a_circle_in_a_group_beside_those_of_strokes_is_found(tmp_path: Path, clock: str) -> None:
+    """It was dropped without a word, and the rate that is an attribute of a group was not read."""
+    folder, x, y = tmp_path / "logs", *circle_reference(0.03, 0.1, 2, 1000.0)
+    folder.mkdir()
+
+    def put(group: h5py.Group, rate: float, **columns: np.ndarray) -> None:
+        if clock == "a dataset":
+            columns["time"] = np.arange(len(next(iter(columns.values())))) / rate
+        else:
+            group.attrs["fs"] = rate
+        for name, values in columns.items():
+            unit = {"time": "s", "current": "A"}.get(name.rpartition("_")[2], "mm")
+            group.create_dataset(name, data=values).attrs["unit"] = unit
+
+    with h5py.File(folder / "runs.h5", "w") as file:
+        for k, thinned in enumerate((1, 2)):
+            a = axis_of_a_drive(seed=k)
+            moved = {"position": 10 * a["position"][::thinned], "current": a["current"][::thinned]}
+            put(file.create_group(f"run_{k}"), 1e3 / thinned, **moved)
+        shown = {f"{name}_{of}": at for name, axis in (("x", x), ("y", y)) for of, at in (
+            ("reference", 1e3 * axis.position), ("position", 1e3 * axis.position + 1e-3), ("current", axis.velocity),
+        )}  # fmt: skip
+        put(file.create_group("circle"), 1e3, **shown)
+    found = find_sources([folder], None, tmp_path / "out", assume=True)
+    assert [*found.traces] == [folder / "runs.h5"]
+    (source,) = found.logs
+    log = tmp_path / "log.h5"
+    fric.ingest(folder / "runs.h5", output=log, mapping=source.mapping or None)
+    assert [record.time[1] - record.time[0] for record in read_logs(log)] == pytest.approx([1e-3, 2e-3])
+    fric.ingest_circles(folder / "runs.h5", output=tmp_path / "c.h5")
+    (test,) = read_circles(tmp_path / "c.h5")
+    assert (test.radius, test.feed) == (0.03, 0.1)
+    assert not found.refused
+
+
+@pytest.mark.parametrize("name", ["Control voltage", "Voltage cmd out"])
+def test_a_control_voltage_beside_exact_names_is_the_input(tmp_path: Path, name: str) -> None:
+    """Time, position and force were read by their names, and the voltage was left out: gains and delay were lost."""
+    a = axis_of_a_drive()
+    rows = np.column_stack([a["t"], a["position"], a["current"], 0.1 * a["current"]])
+    np.savetxt(
+        tmp_path / "a.csv", rows, "%.7g", ",", header=f"Time [s],Position [mm],Force [N],{name} [V]", comments=""
+    )
+    fric.ingest(tmp_path / "a.csv", output=tmp_path / "log.h5")
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert (log.input is not None) == (name == "Control voltage")
+
+
+def test_a_line_of_the_preamble_names_the_axis(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    rows = "\n".join(f"{t:g};{x:.5f};{i:.4f}" for t, x, i in zip(a["t"], a["position"], a["current"], strict=True))
+    (tmp_path / "a.txt").write_text(f"Scope 5.2\nAxis: Y\nt [s];s actual [mm];I nominal [A]\n{rows}\n")
+    with ExitStack() as files:
+        (found,) = guessed([tmp_path / "a.txt"], files).found
+    assert found.axis.name == "y"
 
 
 def test_matrices_of_a_group_have_its_time_and_the_unit_that_is_their_attribute(

@@ -522,7 +522,7 @@ def _schemes(axes: Mapping[str, AxisOutcome], machine: Path) -> tuple[list[str],
         return [], ""
     files = {name: axes[name].files for name in pair(machine_of(machine)) if name in axes}
     modelled = {n: bool(read_document(of["friction"], FrictionDocument).section("gms")) for n, of in files.items()}
-    observed = all(of["observer"].exists() for of in files.values())
+    observed = all("observer" in of and of["observer"].exists() for of in files.values())
     can = [
         name for name, scheme in PAPER_SCHEMES.items()
         if (all(modelled.values()) or scheme.friction != "gms") and (observed or not scheme.observer)

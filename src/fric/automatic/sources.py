@@ -4,7 +4,7 @@ import re
 import shlex
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
 from filecmp import cmp
 from math import inf
@@ -42,6 +42,7 @@ from fric.io.propose import (
 )
 from fric.io.questions import Ask, answered, axes_mapped, beside
 from fric.io.readers import endings, marked, tables
+from fric.io.readers.base import RECORD
 from fric.io.recognise import is_hdf5, recognise
 from fric.io.words import axis_of_file
 from fric.log import Log, Record
@@ -384,6 +385,8 @@ def _foreign(
         if not all(whys):
             found.beside.setdefault(str(file), []).append(path)
             return next(filter(None, whys), "")
+    if not mapping and _tried(lambda: _of_other_columns(path)) and _share_on_circles(path, ""):
+        found.traces[path] = ""
     if not mapping and _tried(lambda: says_all(path)) == "force":
         return LACKS_FORCE
     axes = [axis if said is None and not mapping else said for said in axes_said(path)]
@@ -409,6 +412,13 @@ def _foreign(
         if _taken(path, name, records, found, seen):
             found.guessed.setdefault(name, []).append(path)
     return "" if fitting else why
+
+
+def _of_other_columns(path: Path) -> bool:
+    """Return whether a file holds several records, which do not have the same columns."""
+    with closing(tables(path)) as opened:
+        first = next(opened)
+        return RECORD in first.said and any(table.columns != first.columns for table in opened)
 
 
 def _share_on_circles(path: Path, mapping: str) -> float:

@@ -393,7 +393,7 @@ class _Axes:
         asked = dict.fromkeys([f"{name}: plant", *(step.name for step in plan.steps)])  # without a plant no plan has it
         failed = [step for step in asked if step in session.failed]
         broken = [f"{name.partition(': ')[2]}: {session.failed[name]}" for name in failed]
-        files = {part: folder / f"{part}.yaml" for part in PARTS}
+        files = {part: folder / f"{part}.yaml" for part in PARTS if part != "observer" or part in done}  # of these logs
         if not lean and "plant" in done and read_document(files["plant"], PlantDocument).K_f is None:
             plan.missing.append("K_f, and so the circle: a record with voltage and force, torque or current together")
         files |= {} if controller is None else {"controller": controller}

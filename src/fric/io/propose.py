@@ -20,7 +20,7 @@ from fric.flaws.files import MAPPING_ASSUMED, MAPPING_OPEN, MAPPING_PROPOSED
 from fric.input import files_of
 from fric.io.channels import plan
 from fric.io.readers import tables
-from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, plain_name
+from fric.io.readers.base import OF_SEVERAL, RECORD, Column, ForeignTable, plain_name
 from fric.io.recognise import is_hdf5
 from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory, is_supply, said_clock, take_reading
 from fric.io.safe_hdf5 import open_file, text
@@ -609,13 +609,16 @@ def guessed(
 
 def says_all(path: Path, kind: Kind | None = None, motion: Motion | None = None) -> str | None:
     """Return the channel that the header of a foreign file lacks: none, or the ``force``; None where unreadable."""
-    left = ""
+    left: str | None = None
     with closing(tables(path, None)) as opened:
         for table in opened:
             try:
                 chosen = plan(table, None, kind, motion, {})
             except FricError:
+                if left is not None and RECORD in table.said:  # of other columns, as a circle
+                    continue
                 return None
+            left = left or ""
             rest = [column for n, column in enumerate(table.columns) if n not in chosen.wanted]
             if chosen.form == "time" and not {"force", "input"} & chosen.origins.keys():
                 left = left or ("force" if any(spoken(column).quantity == "force" for column in rest) else "")

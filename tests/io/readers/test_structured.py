@@ -31,6 +31,9 @@ XML_ROWS = "".join(f'<s pos="{x}" t="{t}"><cur>{i}</cur></s>' for t, x, i in zip
 @pytest.mark.parametrize(("name", "text", "names"), [
     ("a.json", json.dumps({"meta": {"fs": 500, "tags": ["a", "b"]}, "t": [*T], "x_mm": [*X], "i_A": [*I]}),
      ("t", "x_mm", "i_A")),
+    ("a.json", json.dumps({"sample_time_us": 800, "channels": [
+        {"name": n, "unit": "", "values": [*map(float, v)]} for n, v in (("t", T), ("x", X), ("i", I))]}),
+     ("channels.t", "channels.x", "channels.i")),
     ("a.json", json.dumps({"data": ROWS}, indent=1), ("data.ts", "data.joint.position", "data.joint.current")),
     ("a.json", json.dumps(ROWS), ("ts", "joint.position", "joint.current")),
     ("a.jsonl", "\n".join(map(json.dumps, ROWS)) + "\n\n", ("ts", "joint.position", "joint.current")),
