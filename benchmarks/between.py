@@ -21,6 +21,7 @@ from fric.estimate import Estimate
 from fric.identify.plant.identify import identify_motion
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import Asked
 from fric.log import ForceVelocity
 from fric.notice import Notice
 from fric.records.prepared import prepared
@@ -49,7 +50,7 @@ def strokes(seed: int, records: int, scatter: float) -> dict[str, Any]:
         )
         for n, (level, offset) in enumerate(zip(levels[:-1], offsets[:-1], strict=True))
     ]  # fmt: skip
-    fit = identify_static(tables, delta=1.0, form="stribeck", direction="both", over_position="off")
+    fit = identify_static(tables, Asked(delta=1.0, form="stribeck", direction="both", over_position="off"))
     assert fit.static is not None
     of = fit.static.estimates
     held = {name: _holds(of[name], TRUTH[name]) for name in ("F_c", "F_s", "offset")}

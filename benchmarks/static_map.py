@@ -10,6 +10,7 @@ from scipy.optimize import curve_fit
 import fric
 from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import Asked
 
 SPEEDS = np.array([0.01, 0.04, 0.08, 0.2, 0.4, 0.5, 1, 2, 4, 5, 8, 10, 14, 16, 20, 25, 30]) * 1e-3
 SAMPLES = 30_000
@@ -35,9 +36,9 @@ def _plain(v: np.ndarray, F_c: float, F_s: float, v_s: float, sigma: float, offs
 def run() -> list[tuple[str, str, str]]:
     """Time the whole identification, segmentation and intervals included; imports are done before."""
     records = logs()
-    identify_static(records[:3] + records[-3:])
+    identify_static(records[:3] + records[-3:], Asked())
     start = perf_counter()
-    identify_static(records)
+    identify_static(records, Asked())
     whole = perf_counter() - start
     start = perf_counter()
     v = np.array([np.polyfit(log.time, log.position, 1)[0] for log in records])

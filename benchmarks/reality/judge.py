@@ -22,6 +22,7 @@ from fric.friction.gms import GMS
 from fric.identify.gms.identify import identify_gms
 from fric.identify.plant.identify import identify_plant
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import Asked
 from fric.log import Log
 from fric.notice import Notice
 
@@ -128,7 +129,7 @@ def judged_static(
     step: Step, session: Session, records: Sequence[Log], plant: Plant | None, **options: Any
 ) -> dict[str, Any]:
     """Identify the static map of strokes, enter what was found into a step, and return its document."""
-    tree = static_tree(identify_static(records, plant=plant, **options), records)
+    tree = static_tree(identify_static(records, Asked(plant=plant, **options)), records)
     each = tree.get("static_negative")
     damping = plant.damping if plant is not None else 0.0
     _enter(step, tree, tree["static"], static_truth(session, damping, 1 if each else 0))
