@@ -17,7 +17,7 @@ from fric.documents.mapping import ColumnMapping, FileMapping, filled
 from fric.errors import FricError
 from fric.input import foreign
 from fric.io.readers.base import ForeignTable, plain_name
-from fric.io.words import EXACT, OF_MEANS, looking_like, measures, named_as, refuse_left_out
+from fric.io.words import EXACT, OF_MEANS, looking_like, measures, refuse_left_out
 from fric.log import ForceVelocity, FrequencyResponse
 from fric.series import CLOSEST, largest, require_plausible
 from fric.units import Motion, factor, kinds_of, parse, si_unit
@@ -209,8 +209,7 @@ def _by_header(table: ForeignTable, kind: Kind | None) -> dict[str, ColumnMappin
             found[channel] = ColumnMapping(column=table.find(table.columns[columns[0]].name, channel))
     taken = [n for channel in found.values() if isinstance(n := channel.column, int)]
     for channel in ("input", "reference") if {"time", "position", "force"} <= found.keys() else ():
-        alike = [n for n in looking_like(table, channel, taken) if named_as(column := table.columns[n]) == channel
-                 and measures(column, channel)]  # fmt: skip
+        alike = [n for n in looking_like(table, channel, taken) if measures(table.columns[n], channel)]
         if channel not in found and len(alike) == 1:  # 'Control voltage [V]' beside 'Force [N]'
             found[channel] = ColumnMapping(column=alike[0])
     return found

@@ -19,7 +19,7 @@ from fric.flaws.channel import FORCE_TURNED, ONE_DIRECTION
 from fric.flaws.drift import DIRECTIONS_DIFFER, FRICTION_AGES, OFFSET_SHARED
 from fric.flaws.static_map import ONE_SPEED
 from fric.identify.static_map.corrections import corrected
-from fric.identify.static_map.map_fit import MapFit, each_direction, fit_map, widened
+from fric.identify.static_map.map_fit import MapFit, each_direction, explained, fit_map, widened
 from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
@@ -224,10 +224,11 @@ def _missed_both_ways(fit: MapFit) -> float:
     does not repeat. With few speeds tests of neighbours fail: of ten speeds, a wave of the residuals has two or three.
     """
     problem = fit.problem
-    r, forward = np.sign(problem.v) * fit.residual, problem.v > 0
-    if forward.all() or not forward.any():
+    steady = ~explained(problem, fit.solution.theta, fit.residual)  # a swing is noted
+    v, r = problem.v[steady], (np.sign(problem.v) * fit.residual)[steady]
+    if (forward := v > 0).all() or not forward.any():
         return 0.0
-    apart = np.abs(np.log(-problem.v[~forward] / problem.v[forward][:, None]))
+    apart = np.abs(np.log(-v[~forward] / v[forward][:, None]))
     paired = apart.min(axis=1) < REPEATED
     there, back = r[forward][paired], r[~forward][apart.argmin(axis=1)[paired]]
     if (n := len(there) - len(problem.free)) < 2:

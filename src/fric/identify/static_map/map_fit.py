@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.special import fdtrc, stdtrit
 
-from fric.arrays import Real
+from fric.arrays import Mask, Real
 from fric.estimate import NORMAL_97_5, TWOFOLD, Covariance, Estimate
 from fric.friction.stribeck import StaticMap, stribeck_shares
 from fric.identify.static_map import stribeck_fit
@@ -26,6 +26,7 @@ LIKELY = 0.2  # Chance by noise below which a free shape factor that fits better
 EXACT = 1e-20  # Least variance of a residual over that of the forces: they are rounded to 1e-10
 UNSEEN = (0.5, 1.0, 2.0, 4.0)  # v_s over the lowest speed, of falls that the strokes may not show
 EVEN = 0.5  # Chance that a shape factor is what is supposed, where strokes are predicted no better with another
+NO_SINE = 4.0  # Times what averaging over a sine does, that averaging over sticking and slipping may do
 LEAST_RISE = 1e-6  # Least rise of F_s with age, as a share of F_s
 DIFFERENT = 1e-3  # Probability of such a gain by chance below which a richer form is used
 FEWEST = 8  # Least number of strokes for a richer form
@@ -92,28 +93,35 @@ def by_leverage(problem: StribeckProblem, residual: Real, jacobian: Real) -> Rea
 
 
 def clearly_better(
-    tried: HeldOut, rich: str, more: int, problem: StribeckProblem, misfits: Sequence[tuple[Real, Real]]
-) -> bool:
+    tried: HeldOut, rich: str, more: int, problem: StribeckProblem, misfits: Sequence[tuple[Real, Real]],
+    swings: Mask | None = None,
+) -> bool:  # fmt: skip
     """Return whether a richer form predicts clearly better than that of the map with as many parameters ``more``.
 
     Its errors at held-out strokes are smaller; its sum of squares is smaller by more than noise in the forces explains
     (F test), which few strokes do not tell by themselves; and it predicts speeds that are held out. ``misfits`` are
-    the residuals [N] and the Jacobian of the map and of the richer form, shapes (n,) and (n, p).
+    the residuals [N] and the Jacobian of the map and of the richer form, shapes (n,) and (n, p); ``swings``: what the
+    swing of a stroke explains.
     """
     without, within = (float(np.sum((residual / problem.standard_error) ** 2)) for residual, _ in misfits)
     free = max(problem.degrees_of_freedom - more, 1)
     chance = fdtrc(more, free, free / more * max(without / max(within, 1e-300) - 1.0, 0.0))
     clearly = tried.better(rich) and tried[rich] < CLEARLY * tried[tried.form] and chance < DIFFERENT
-    return bool(clearly and _at_other_speeds(problem, misfits))
+    return bool(
+        clearly and _at_other_speeds(problem, misfits, np.zeros(len(problem.v), bool) if swings is None else swings)
+    )
 
 
-def _at_other_speeds(problem: StribeckProblem, misfits: Sequence[tuple[Real, Real]]) -> bool:
+def _at_other_speeds(problem: StribeckProblem, misfits: Sequence[tuple[Real, Real]], swings: Mask) -> bool:
     """Return whether a richer form predicts clearly better when all strokes of a speed are held out together: by its
-    place, or steps of the force, both directions may deviate at one speed, so that a stroke predicts the other.
+    place, or steps of the force, both directions may deviate at one speed, so that a stroke predicts the other. What a
+    stroke that swings misses by no more than its swing does is not held out, where eight other speeds are.
     """
     speed = np.abs(problem.v)
     order = np.argsort(speed)
     alike = np.split(order, 1 + np.flatnonzero(np.diff(np.log(speed[order])) > np.log1p(REPEATED)))
+    if sum(steady := [not swings[group].any() for group in alike]) >= FEWEST:
+        alike = [group for group, even in zip(alike, steady, strict=True) if even]
     squares: list[list[float]] = []
     for residual, jacobian in misfits:
         U, r = _directions(problem, jacobian), residual / problem.standard_error
@@ -191,9 +199,20 @@ def _with_shape(fitted: FittedMap, held_out: HeldOut, *, shape: bool, fixed: boo
         tried = replace(tried, ages=None)
     low, high = stribeck_fit.DELTA_RANGE
     inside = low * 1.01 < freed.solution.theta["delta"] < high / 1.01 and not at_bound(freed.problem, freed.solution)
-    if shape and tried.ages is None and inside and clearly_better(tried, "delta", 1, plain, misfits):
+    swings = explained(freed.problem, freed.solution.theta, misfits[1][0])
+    if shape and tried.ages is None and inside and clearly_better(tried, "delta", 1, plain, misfits, swings):
+        if swings.any():  # which weigh as much less as they miss
+            missed = np.where(swings, misfits[1][0], 0.0)
+            fitted = fitted._replace(deviation=np.hypot(fitted.deviation, missed))
+            freed = _solved(fitted, replace(plain, delta=None), freed.solution, fixed=fixed)
         return freed, replace(tried, form="delta")
     return fitted, tried
+
+
+def explained(problem: StribeckProblem, theta: Mapping[str, float], residual: Real) -> Mask:
+    """Return the strokes whose swing explains what they miss [N]: a few times what averaging over a sine does."""
+    most = NO_SINE * np.abs(problem.swung(theta))
+    return np.asarray(most > np.maximum(np.abs(residual), 1e-12 * most.max()))
 
 
 def _solved(fitted: FittedMap, problem: StribeckProblem, start: MapSolution | None, *, fixed: bool) -> FittedMap:

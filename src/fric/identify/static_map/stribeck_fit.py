@@ -88,6 +88,12 @@ class StribeckProblem:
         level = theta["F_c"] + (theta["F_s"] - theta["F_c"]) * self._shares(theta["v_s"], theta["delta"])
         return np.sign(self.v) * level + theta["sigma"] * self.v + theta["offset"]
 
+    def swung(self, theta: Mapping[str, float]) -> Real:
+        """Return what averaging over its swing changes of the force of each stroke [N], shape (n,)."""
+        return (
+            np.zeros_like(self.v) if self.swing is None else self.model(theta) - replace(self, swing=None).model(theta)
+        )
+
     def _shares(self, v_s: float, delta: float) -> Real:
         """Return the remaining Stribeck rise at each stroke, averaged over its swing, shape (n,)."""
         if self.swing is None:
@@ -310,8 +316,7 @@ def fit_strokes(
         raise FricError(f"{count} strokes cannot give {free} parameters", hint=hint)
     if problem.swing is not None and not fixed:
         solution, _ = solve_with_scatter(problem, deviation, fixed=fixed, start=start)
-        swung = problem.model(solution.theta) - replace(problem, swing=None).model(solution.theta)
-        deviation = np.hypot(deviation, SWUNG * swung)
+        deviation = np.hypot(deviation, SWUNG * problem.swung(solution.theta))
         problem = replace(problem, standard_error=deviation)
     solution, between = solve_with_scatter(problem, deviation, fixed=fixed, start=start)
     errors, local = deviation, start is not None
