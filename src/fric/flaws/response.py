@@ -32,7 +32,7 @@ T_D_ASSUMED = Flaw("T_d-assumed", "doubt",
     "hold,} is assumed.",
     "Give it with `delay=`.", widens={"T_d": 0.5}, no_response=True)
 LINES_STAND_OFF = Flaw("lines-stand-off", "note",
-    "{count} lines are left out, which deviate as harmonics of friction do: {lines:.4g} Hz.")
+    "Lines left out ({count}), which deviate as harmonics of friction do: {lines:.4g} Hz.")
 RESPONSE_MISFIT = Flaw("response-misfit",
     lambda f: "wrong" if f.misfit >= FALSE else "doubt" if f.misfit >= UNSURE else "note",
     "Eq. (1) leaves {misfit:.2g%} that noise does not explain, most at {worst:.4g} Hz; the intervals allow for it.",

@@ -17,7 +17,7 @@ from fric.documents.mapping import ColumnMapping, FileMapping, filled
 from fric.errors import FricError
 from fric.input import foreign
 from fric.io.readers.base import ForeignTable, plain_name
-from fric.io.words import EXACT, OF_MEANS, looking_like, measures, refuse_left_out
+from fric.io.words import DRIVE_UNITS, EXACT, OF_MEANS, looking_like, measures, refuse_left_out, spoken
 from fric.log import ForceVelocity, FrequencyResponse
 from fric.series import CLOSEST, largest, require_plausible
 from fric.units import Motion, factor, kinds_of, parse, si_unit
@@ -194,23 +194,27 @@ def _of_file(table: ForeignTable, channels: Mapping[str, ColumnMapping], part: b
 def _by_header(table: ForeignTable, kind: Kind | None) -> dict[str, ColumnMapping]:
     """Return the channels that the header names itself."""
     names = [plain_name(column.name) for column in table.columns]
-    spoken = [EXACT.get(name, name) for name in names]
-    table_of_response = "magnitude" in spoken or (kind == "frequency-response" and "time" not in spoken)
+    said = [EXACT.get(name, name) for name in names]
+    table_of_response = "magnitude" in said or (kind == "frequency-response" and "time" not in said)
     known = ORDER["response" if table_of_response else "time"]
-    means = [OF_MEANS.get(name, name) for name in spoken]
+    means = [OF_MEANS.get(name, name) for name in said]
     has = {"velocity", "force"} <= set(means) and {"n", "deviation", "error"} & set(means)
-    if kind == FORCE_VELOCITY or (kind is None and has and "time" not in spoken):
-        spoken, known = means, ORDER["means"]
+    if kind == FORCE_VELOCITY or (kind is None and has and "time" not in said):
+        said, known = means, ORDER["means"]
     found: dict[str, ColumnMapping] = {}
     for channel in known:
         columns = [n for n, name in enumerate(names) if name == channel]
-        columns = columns or [n for n, name in enumerate(spoken) if name == channel]
+        columns = columns or [n for n, name in enumerate(said) if name == channel]
         if columns:
             found[channel] = ColumnMapping(column=table.find(table.columns[columns[0]].name, channel))
     taken = [n for channel in found.values() if isinstance(n := channel.column, int)]
-    for channel in ("input", "reference") if {"time", "position", "force"} <= found.keys() else ():
+    driven = {"time", "position"} <= found.keys() and {"force", "input"} & found.keys()
+    for channel in ("force", "input", "reference") if driven else ():
         alike = [n for n in looking_like(table, channel, taken) if measures(table.columns[n], channel)]
-        if channel not in found and len(alike) == 1:  # 'Control voltage [V]' beside 'Force [N]'
+        if channel == "force":
+            pushes = [n for n, column in enumerate(table.columns) if spoken(column).quantity == "force"]
+            alike = [n for n in pushes if (of := table.columns[n]).unit in DRIVE_UNITS or measures(of, "force")]
+        if channel not in found and len(alike) == 1 and alike[0] not in taken:  # 'Control voltage [V]' beside 'Force [N]'
             found[channel] = ColumnMapping(column=alike[0])
     return found
 
