@@ -209,12 +209,13 @@ def _by_header(table: ForeignTable, kind: Kind | None) -> dict[str, ColumnMappin
             found[channel] = ColumnMapping(column=table.find(table.columns[columns[0]].name, channel))
     taken = [n for channel in found.values() if isinstance(n := channel.column, int)]
     driven = {"time", "position"} <= found.keys() and {"force", "input"} & found.keys()
-    for channel in ("force", "input", "reference") if driven else ():
+    lacking = [channel for channel in ("force", "input", "reference") if channel not in found]
+    for channel in lacking if driven and len(found) < len(table.columns) else ():
         alike = [n for n in looking_like(table, channel, taken) if measures(table.columns[n], channel)]
         if channel == "force":
             pushes = [n for n, column in enumerate(table.columns) if spoken(column).quantity == "force"]
             alike = [n for n in pushes if (of := table.columns[n]).unit in DRIVE_UNITS or measures(of, "force")]
-        if channel not in found and len(alike) == 1 and alike[0] not in taken:  # 'Control voltage [V]' beside 'Force [N]'
+        if len(alike) == 1 and alike[0] not in taken:  # 'Motor voltage [V]'
             found[channel] = ColumnMapping(column=alike[0])
     return found
 
