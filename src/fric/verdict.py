@@ -496,7 +496,9 @@ def headline(chosen: Candidate, without: Candidate | None, now: str, evidence: E
     elif chosen is without:
         text = f"Leave it as it is: expected {expected}; no scheme is worth its effort."
     else:
-        text = f"Use {chosen.named}. Expected {expected}{now and f'; now {now}'}."
+        surely = without is None or chosen.stays_under < without.middle
+        use = f"Use {chosen.named}." if surely else f"{chosen.named} is the best, and may leave more than now."
+        text = f"{use} Expected {expected}{now and f'; now {now}'}."
     if kept is False and evidence.tolerance is not None:
         text = f"No scheme surely stays within {readable(evidence.tolerance, 'm')}. {text}"
     return f"For a controller that fric designed: {text[0].lower()}{text[1:]}" if evidence.designed else text

@@ -21,7 +21,14 @@ from fric.documents.controller import ControllerDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.flaws.files import COLUMNS_LEFT_OUT as LEFT_OUT
-from fric.flaws.files import FILE_COPIES, FILE_LEFT_OUT, MAPPING_AMBIGUOUS, MAPPING_BESIDE, MAPPING_BUNDLED
+from fric.flaws.files import (
+    FILE_COPIES,
+    FILE_LEFT_OUT,
+    FOLDERS_TOGETHER,
+    MAPPING_AMBIGUOUS,
+    MAPPING_BESIDE,
+    MAPPING_BUNDLED,
+)
 from fric.input import foreign, reading, regular
 from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
@@ -72,6 +79,7 @@ _PAPER = re.compile(  # Names of documentation files beside logs
 )
 
 ON_CIRCLES = 0.5  # Share of a file on whole circles above which it is a circle test, and no log besides
+MOST_ALIKE = 3  # Files of the same names in several folders, from which it is said that their records are pooled
 LEAVES_OUT = "`assume=True` leaves such samples out"  # What opens a log with bad cells
 T = TypeVar("T")
 LACKS_FORCE = "no column is named force"  # Why a complete header needs a question: another column looks like it
@@ -186,6 +194,12 @@ def _say(found: Sources) -> None:
     """Say once of files what they are, or why they were left out."""
     if found.copies:
         found.description.append(FILE_COPIES.found(files=first_of(found.copies)))
+    for axis in dict.fromkeys(log.axis for log in found.logs):
+        paths = dict.fromkeys(log.path for log in found.logs if log.axis == axis)
+        shared = {path.name for path in paths if sum(other.name == path.name for other in paths) > 1}
+        folders = dict.fromkeys(path.parent for path in paths if path.name in shared)
+        if len(shared) >= MOST_ALIKE:
+            found.description.append(FOLDERS_TOGETHER.found(axis=axis, folders=[folder.name for folder in folders]))
     for why, files in found.refused.items():
         propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
         propose = propose if "column" in why else ""

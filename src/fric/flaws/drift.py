@@ -25,7 +25,9 @@ ENERGY_IN_ONE_SEGMENT = Flaw("energy-in-one-segment", "doubt",
     "The energy lost per cycle is {there} from {begin:.4g} to {end:.4g} s, and {elsewhere} in the rest.",
     "Check the axis (chips, lubrication, cables), or leave this part out.")
 SLIGHT = 0.01  # Share of the friction below which what differs with the motion is a note: so much any model misses
-RECORDS_VARY = Flaw("records-vary", lambda v: "note" if v.motions and v.scatter < SLIGHT else "doubt",
+NOT_ONE = 0.5  # Share of the friction by which records of one axis do not differ: the mean of two axes is of neither
+RECORDS_VARY = Flaw("records-vary",
+    lambda v: "doubt" if not v.motions or SLIGHT <= v.scatter <= NOT_ONE else "note" if v.scatter < SLIGHT else "wrong",
     "{within:Quarters of the record|Records} differ: {by} (standard deviation). In their order: {order}.",
     "Intervals are of the mean over them, and allow for it.{one_speed: Each holds one speed: log several in each, "
     "which separates records from friction over speed.|}{motions: Their motions differ, too: log each twice, "
