@@ -562,7 +562,7 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         if any(notice.code == CIRCLE_UNUSED.code for notice in evidence.distrust):  # no fit: nor can it be tuned
             yield "fric ingest --kind circle LOG.csv -o circle.h5   # with voltage, at the controller's rate"
         else:
-            yield f"fric tune {machine} {circle} -o tuned"
+            yield f"fric tune {machine} {circle} -o tuned   # if it is of this machine, without compensation"
         return
     if not evidence.candidates:
         yield f"fric simulate circle {machine} --monte-carlo {MACHINES} -o run.h5"

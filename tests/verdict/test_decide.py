@@ -139,7 +139,7 @@ def test_no_scheme_is_recommended_against_a_measured_circle():
     assert found.choice is None
     assert not found.trusted
     assert "c.h5: +x shows 33" in found.why[0]
-    assert found.next[-1] == "fric tune m.yaml c.h5 -o tuned"
+    assert found.next[-1].startswith("fric tune m.yaml c.h5 -o tuned   # if it is of this machine")
     unfit = replace(given, distrust=[CIRCLE_UNUSED.found("c.h5", why="no voltage was recorded, which tuning needs")])
     assert decide(unfit).next[-1].startswith("fric ingest --kind circle")  # tune would say the same again
     refitted = replace(given, disagreements=[COMPLETED_DISAGREES.found("c.h5", glitches="+x 235 µm, 266 µm")])

@@ -415,7 +415,7 @@ def auto(
         traced = steps.trace_step(trace, folder, meaning)
         found.circles += traced.leaves if session.take(traced) else ()
     slow = [path for path in found.circles if any(test.is_slow for test in choose_circles([path]))]
-    found.circles.sort(key=slow.__contains__)
+    found.circles.sort(key=lambda path: (path in slow, -max(test.feed for test in choose_circles([path]))))
 
     rates = [_rate(file) for file in (*stated.files.values(), *found.controllers.values())]
 
@@ -539,9 +539,12 @@ def _circles(
     session: Session, found: Sources, axes: dict[str, AxisOutcome], machine: Path | None, slow: list[Path], given: bool
 ) -> None:
     """Simulate the circle, and compare measured circles with the machine, which those that are not slow tune."""
+    folder, options = session.folder, dict[str, Any]()
+    for circle in found.circles if machine is None else ():  # it shows its glitches by itself
+        plot = folder / f"{circle.stem}-diagnosis.png"
+        session.take(step(f"{circle.stem}: diagnosis", "diagnose", [circle], {}, [circle], plot=plot))
     if machine is None or all(rotates(axis.motion) for axis in machine_of(machine).axes.values()):
         return
-    folder, options = session.folder, dict[str, Any]()
     reads = [machine, *(path for axis in axes.values() for path in axis.there)]
     if given:
         names = machine_of(machine).axes
@@ -551,7 +554,7 @@ def _circles(
         can, _ = _schemes(axes, machine)
         options |= {"scheme": ",".join(can)} if len(can) < len(PAPER_SCHEMES) else {}
     if found.circles:
-        test = choose_circles(found.circles[:1])[0]
+        test = max(choose_circles(found.circles[:1]), key=lambda test: test.feed)  # glitches grow with the feed
         options |= {"radius": f"{test.radius!r} m", "velocity": f"{test.feed!r} m/s", "measured": found.circles}
         reads += found.circles
     options |= {"monte_carlo": MACHINES, "from_intervals": True}
