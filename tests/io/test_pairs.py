@@ -44,13 +44,27 @@ def test_runs_in_two_files_each_are_joined_and_said(tmp_path):
     (tmp_path / "logs/readme.txt").write_text("two runs")
     found = find_sources([tmp_path / "logs"], proposals=tmp_path / "out/mappings")
     assert {log.path.name for log in found.logs} == {"run1_force+run1_pos.h5", "run2_force+run2_pos.h5"}
-    assert [one.code for one in found.description].count("files-joined") == 2
+    (told,) = (one for one in found.description if one.code == "files-joined")
+    assert "and 1 more" in str(told)
     assert not found.refused
     ingest(next(log.path for log in found.logs if "run1" in log.path.name), tmp_path / "log.h5")
     (log,) = read_records(tmp_path / "log.h5")
     assert log.time == pytest.approx(T[::2])  # at the samples of the slower file
     assert log.force == pytest.approx(force_of(x)[::2], rel=1e-6)
     assert log.position == pytest.approx(1e-3 * x[::2], abs=1e-9)
+
+
+@pytest.mark.parametrize("clear", [2, 3])
+def test_a_record_whose_force_is_of_the_mass_is_joined_as_those_of_its_words(tmp_path, clear):
+    """A response and a sine in sliding were left out, beside twelve records in files of the same words."""
+    files = []
+    for run in range(clear):
+        files += pair(tmp_path, (f"run{run}_pos", f"run{run}_force"), path_of(run), force_of(path_of(run)))
+    noise = np.random.default_rng(9).normal(size=len(T))
+    files += pair(tmp_path, ("response_pos", "response_force"), path_of(7), noise)
+    paths, (told, *_), _ = with_joined(files, tmp_path / "joined", None, assume=False)
+    assert len([path for path in paths if path.suffix == ".h5"]) == (clear + 1 if clear == 3 else clear)
+    assert f"and {clear if clear == 3 else 1} more" in str(told)
 
 
 @pytest.mark.parametrize(("names", "other"), [

@@ -21,7 +21,7 @@ RESPONSE_OF_LOOP = Flaw("response-of-loop", "doubt",
     "The response has no voltage as its input: 1 V of it means {volt}.",
     "Take what is designed for it to that input, and no voltage.")
 FILES_JOINED = Flaw("files-joined", "note",
-    "Joined to one record, by names and clock: {share:.0%} of the force goes with the motion{assumed:, little|}.",
+    "Joined to one record{more:, and {more} more|}: {share:.0%} of the force goes with the motion{assumed:, little|}.",
     "{assumed:Look whether they are of one run.|}")
 CYCLE_ASSUMED = Flaw("cycle-assumed", "doubt",
     "The file names no interval and no axes: assumed are {interval:.3g} ms a row, and axes 1 to 3 in mm.",

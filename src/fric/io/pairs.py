@@ -1,6 +1,7 @@
 """Files that hold the channels of one record each: position in one, force in another, with the same clock and names."""
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
@@ -23,6 +24,7 @@ from fric.notice import Notice
 from fric.output import folder_made, staged
 
 TOGETHER, PERHAPS = 0.45, 0.2  # How much of a force goes with sign(v) and acceleration: above the first in one record
+CLEAR = 3  # Records in which the force goes with the motion, from which others of the same words are joined, too
 MOST_PARTS = 6  # Files of a record at most
 SAME_SPAN = 0.05  # Share of their span by which the clocks of files of one record begin or end apart at most
 
@@ -33,32 +35,45 @@ def with_joined(
     """Return files, with one of all channels in place of those that are of one record; what is said; questions put.
 
     The names of such files differ in a word, as ``run1_pos`` and ``run1_force``, their time has the same name and
-    span, and the force goes with the motion: what is less sure is asked, or with ``assume`` taken and said.
+    span, and the force goes with the motion, or does so in other records of these words: what is less sure is asked, or
+    with ``assume`` taken and said.
 
     folder: Where files are written; None to join none.
     """
-    shares = dict[tuple[Path, ...], float]()
+    followed = dict[tuple[Path, ...], float]()
     for group in _alike(paths) if folder else ():
         with suppress(FricError), ExitStack() as files:
-            share = follows(_together(group, files))
-            if share > PERHAPS and not any({*group} & {*other} for other in shares):
-                shares[group] = share
-    open_ones = [group for group, share in shares.items() if share < TOGETHER]
+            followed[group] = follows(_together(group, files))
+    shares = dict[tuple[Path, ...], float]()
+    for group in sorted(followed, key=lambda group: -followed[group]):  # of groups that share a file the clearest
+        if not any({*group} & {*other} for other in shares):
+            shares[group] = followed[group]
+    clear = Counter(_parts(group) for group, share in shares.items() if share >= TOGETHER)
+    sure = {group for group, share in shares.items() if share >= TOGETHER or clear[_parts(group)] >= CLEAR}
+    open_ones = [group for group, share in shares.items() if group not in sure and share > PERHAPS]
     wanted = [assume]
     if asks := bool(open_ones and ask and not assume):
         names = "; ".join(" + ".join(part.name for part in parts) for parts in open_ones[:3])
         text = f"Do these files hold one record each, by one clock? {names}"
         cast("Ask", ask)(Question(text, [("no", False), ("yes", True)], wanted.append))
     said = []
-    for parts, share in shares.items():
-        if folder and (wanted[-1] or share >= TOGETHER):
-            path = folder / f"{'+'.join(part.stem for part in parts)}.h5"
-            listed = ", ".join(map(str, parts))
+    for taken, assumed in ((sure, False), (open_ones if wanted[-1] else [], True)):
+        joined = [group for group in followed if folder and group in taken]
+        for parts in joined:
+            path = cast("Path", folder) / f"{'+'.join(part.stem for part in parts)}.h5"
             with ExitStack() as files:
-                _write(path, _together(parts, files), listed)
+                _write(path, _together(parts, files), ", ".join(map(str, parts)))
             paths = [*(path for path in paths if path not in parts), path]
-            said.append(FILES_JOINED.found(listed, share=share, assumed=share < TOGETHER))
+        if joined:
+            share, first = shares[joined[0]], ", ".join(map(str, joined[0]))
+            said.append(FILES_JOINED.found(first, share=share, assumed=assumed, more=len(joined) - 1))
     return paths, said, int(asks)
+
+
+def _parts(group: Sequence[Path]) -> frozenset[str]:
+    """Return the words in which the names of files differ."""
+    words = [{*re.split(r"[\W_]+", path.stem.casefold())} for path in group]
+    return frozenset(set.union(*words) - set.intersection(*words))
 
 
 def _alike(paths: Iterable[Path]) -> Iterator[tuple[Path, ...]]:
