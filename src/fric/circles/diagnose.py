@@ -628,12 +628,9 @@ class Agreement:
 
 
 def predict(
-    measured: Diagnosis,
-    machine: Machine,
-    scheme: Scheme,
-    known: Mapping[str, Any] | None = None,
+    measured: Diagnosis, machine: Machine, scheme: Scheme, known: Mapping[str, Any] | None = None,
     done: Callable[[], object] = lambda: None,
-) -> tuple[Diagnosis, dict[str, tuple[float, float]] | None]:
+) -> tuple[Diagnosis, dict[str, tuple[float, float]] | None]:  # fmt: skip
     """Return the prediction of a machine for the measured circle, with the range of its glitches.
 
     The interval is that of machines drawn from the uncertainty of the identified machine, widened by an encoder step.

@@ -145,14 +145,9 @@ class Learned:
 
 
 def learn(
-    machine: Machine,
-    test: Circle,
-    rounds: int,
-    how: Learning | None = None,
-    *,
-    observer: bool = True,
+    machine: Machine, test: Circle, rounds: int, how: Learning | None = None, *, observer: bool = True,
     done: Callable[[], object] = lambda: None,
-) -> Learned:
+) -> Learned:  # fmt: skip
     """Learn a circle in simulation, from the friction that the controllers believe, or from none.
 
     machine: The machine; its nominal plants are what is learned with.

@@ -61,14 +61,10 @@ UNSTABLE = 0.05  # Largest share of machines with an unstable loop, for a truste
 
 
 def predicted(
-    many: MonteCarlo,
-    *,
-    widened: Mapping[str, tuple[Notice, ...]] | None = None,
-    measured: Sequence[str] = (),
-    distrust: Sequence[Notice] = (),
-    of_schemes: Mapping[str, Sequence[Notice]] | None = None,
+    many: MonteCarlo, *, widened: Mapping[str, tuple[Notice, ...]] | None = None, measured: Sequence[str] = (),
+    distrust: Sequence[Notice] = (), of_schemes: Mapping[str, Sequence[Notice]] | None = None,
     seen: Mapping[str, Mapping[str, float]] | None = None,
-) -> Prediction:
+) -> Prediction:  # fmt: skip
     """Return the predictions of schemes on a circle, from the machines drawn from what was identified.
 
     seen: By scheme and quadrant, the glitch that was measured on this circle [m]: the intervals hold it, for no

@@ -330,13 +330,9 @@ def _completed(tuned: TunedAxis, n: int) -> Axis:
 
 
 def worse_ahead(
-    tests: Sequence[MeasuredCircle],
-    predicted: Sequence[CircleForecast],
-    again: Callable[[int], Chance],
-    count: float,
-    *,
-    doubtful: bool = False,
-) -> str:
+    tests: Sequence[MeasuredCircle], predicted: Sequence[CircleForecast], again: Callable[[int], Chance], count: float,
+    *, doubtful: bool = False,
+) -> str:  # fmt: skip
     """Return the reason to expect a worse next circle than the recorded one; empty if there is none.
 
     The recorded circle is a single draw, and its repetition scatters as the identified machine does. A glitch below an
@@ -397,13 +393,9 @@ OTHER_FEED = 2.0  # Ratio of feeds, and of radii, beyond which a measured circle
 
 
 def distrusts(
-    machine: Machine,
-    notices: Iterable[Notice],
-    tests: Sequence[MeasuredCircle],
-    records: Sequence[VoltageRecord],
-    circle: Circle,
-    gains: Mapping[str, float] = MappingProxyType({}),
-) -> tuple[Notice, ...]:
+    machine: Machine, notices: Iterable[Notice], tests: Sequence[MeasuredCircle], records: Sequence[VoltageRecord],
+    circle: Circle, gains: Mapping[str, float] = MappingProxyType({}),
+) -> tuple[Notice, ...]:  # fmt: skip
     """Return the reasons why no interval of a prediction is valid; empty if all are.
 
     machine: The machine at the estimates, completed by the tests where there are any.

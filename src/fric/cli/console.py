@@ -85,18 +85,10 @@ OUT, ERR = Stream(stderr=False), Stream(stderr=True)
 
 
 def finish(
-    make: Callable[[Any], "Result"],
-    output: Path | None = None,
-    plot: Path | None = None,
-    *,
-    json: bool = False,
-    force: bool = False,
-    doing: str = "",
-    also: Mapping[Path | None, Callable[[Any], Any]] | None = None,
-    into: Path | None = None,
-    writes: str = "YAML",
-    worded: Callable[[str], str] = str,
-) -> Any:
+    make: Callable[[Any], "Result"], output: Path | None = None, plot: Path | None = None, *, json: bool = False,
+    force: bool = False, doing: str = "", also: Mapping[Path | None, Callable[[Any], Any]] | None = None,
+    into: Path | None = None, writes: str = "YAML", worded: Callable[[str], str] = str,
+) -> Any:  # fmt: skip
     """Make the result of a command, write and plot it, print report or JSON and the warnings; return the result.
 
     make: Makes the result; its argument is the progress callback.

@@ -20,12 +20,9 @@ from fric.errors import FricError, near, of_path, printable, reworded
 from fric.process import now
 
 app = group(
-    "fric",
-    "Identify a drive's friction from its logs, and compare the glitch under each compensation.",
-    COMMANDS,
-    add_completion=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+    "fric", "Identify a drive's friction from its logs, and compare the glitch under each compensation.", COMMANDS,
+    add_completion=True, context_settings={"help_option_names": ["-h", "--help"]},
+)  # fmt: skip
 
 
 def _version(wanted: bool) -> None:

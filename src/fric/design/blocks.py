@@ -42,12 +42,9 @@ class BlockDesign:
 
 
 def design_block(
-    kind: type[ControlBlock],
-    setting: Setting,
-    *,
-    peak_sensitivity: float = PEAK_SENSITIVITY,
+    kind: type[ControlBlock], setting: Setting, *, peak_sensitivity: float = PEAK_SENSITIVITY,
     perturbation: Perturbation | None = None,
-) -> BlockDesign:
+) -> BlockDesign:  # fmt: skip
     """Return a control block for an axis as its controller knows it.
 
     The tuned parameter of a controller or an observer is the largest up to which every smaller one keeps the peak
@@ -108,12 +105,9 @@ def step_compliance(loop: WholeLoop, blocks: tuple[ControlBlock, ...] = ()) -> f
 
 
 def design_jointly(
-    kind: type[ControlBlock],
-    setting: Setting,
-    *,
-    peak_sensitivity: float = PEAK_SENSITIVITY,
+    kind: type[ControlBlock], setting: Setting, *, peak_sensitivity: float = PEAK_SENSITIVITY,
     perturbation: Perturbation | None = None,
-) -> JointDesign:
+) -> JointDesign:  # fmt: skip
     r"""Return block and cascade that leave the least J within a peak sensitivity of the whole loop.
 
     A block that is designed for a cascade that is there takes what margin the cascade left. Designed together, both

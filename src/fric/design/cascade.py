@@ -87,16 +87,10 @@ def assess_cascade(plant: LinearPlant, cascade: Cascade) -> CascadeDesign:
 
 
 def design_cascade(
-    plant: LinearPlant,
-    requirement: Requirement | None = None,
-    *,
-    sampling: float = 4000.0,
-    velocity_filter: float = 500.0,
-    limit: float = inf,
-    corner_ratio: float = 10.0,
-    separation: float = 3.0,
+    plant: LinearPlant, requirement: Requirement | None = None, *, sampling: float = 4000.0,
+    velocity_filter: float = 500.0, limit: float = inf, corner_ratio: float = 10.0, separation: float = 3.0,
     crossover: float | None = None,
-) -> CascadeDesign:
+) -> CascadeDesign:  # fmt: skip
     """Return the fastest cascade whose velocity loop and position loop have the required margins.
 
     The rule: the corner of the PI, K_i/(2π K_p), is ``1/corner_ratio`` of the velocity loop's crossover f_c; f_c

@@ -92,13 +92,9 @@ def model_perturbation(plant: LinearPlant, nyquist: float, resonances: Sequence[
 
 
 def measured_perturbation(
-    response: FrequencyResponse,
-    plant: LinearPlant,
-    averages: int = 1,
-    sampling: float | None = None,
-    lowest: float = 0.0,
-    deviating: Sequence[float] = (),
-) -> Perturbation:
+    response: FrequencyResponse, plant: LinearPlant, averages: int = 1, sampling: float | None = None,
+    lowest: float = 0.0, deviating: Sequence[float] = (),
+) -> Perturbation:  # fmt: skip
     """Return Delta from a measured response.
 
     response: The measured response Z/U, hold of the controller's output included.
@@ -227,14 +223,9 @@ class WholeLoop:
 
 
 def design_observer(
-    plant: LinearPlant,
-    cascade: Cascade,
-    filter: str = "binomial2",
-    *,
-    cutoff: float | None = None,
-    peak_sensitivity: float = PEAK_SENSITIVITY,
-    perturbation: Perturbation | None = None,
-) -> ObserverDesign:
+    plant: LinearPlant, cascade: Cascade, filter: str = "binomial2", *, cutoff: float | None = None,
+    peak_sensitivity: float = PEAK_SENSITIVITY, perturbation: Perturbation | None = None,
+) -> ObserverDesign:  # fmt: skip
     """Return the observer with the largest Q that both limits allow, or with a given Q that they allow.
 
     The limits: |T·Delta| ≤ 1 at every frequency (eq. (8)), and a peak sensitivity of the whole loop, in which cascade

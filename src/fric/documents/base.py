@@ -354,13 +354,9 @@ class Document(Part):
 
     @classmethod
     def made(
-        cls,
-        content: object,
-        *,
-        notices: Iterable[Notice] = (),
-        logs: Iterable[Record] = (),
+        cls, content: object, *, notices: Iterable[Notice] = (), logs: Iterable[Record] = (),
         also: Mapping[str, Any] | None = None,
-    ) -> Self:
+    ) -> Self:  # fmt: skip
         """Return a document of this process, checked against the schema as when read.
 
         logs, also: Records that it was made from, and further keys of its provenance.

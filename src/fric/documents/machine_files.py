@@ -208,23 +208,17 @@ def _axis(name: str, part: AxisPart) -> Axis:
         nominal = _after_its_hold(part.nominal, motion, cascade.sampling) if part.nominal else None
         G_n, friction = nominal or plant, true_friction(part.friction)
         return Axis(
-            name=name,
-            motion=motion,
-            plant=plant,
-            cascade=cascade,
-            friction=friction,
-            load=part.friction.load(),
+            name=name, motion=motion, plant=plant, cascade=cascade, friction=friction, load=part.friction.load(),
             nominal_friction=NominalFriction(
                 nominal_models(nominal_friction), gain, lead_of(part.feedforward.lead) or 0.0
             ),
-            nominal=nominal,
-            observer=part.observer.observer(motion, G_n.A, G_n.B) if part.observer else None,
+            nominal=nominal, observer=part.observer.observer(motion, G_n.A, G_n.B) if part.observer else None,
             encoder=Encoder(part.encoder.values(motion)["resolution"] if part.encoder else 0.0),
             force_noise=part.noise.values(motion)["force"] if part.noise else 0.0,
             reality=part.reality.in_si(motion) if part.reality else NONE,
             blocks={key: _block(name, key, given, motion) for key, given in part.blocks.items()},
             second_mass=part.second_mass.in_si(motion) if part.second_mass else spring_of(part.plant, friction, motion),
-        )
+        )  # fmt: skip
 
 
 def _after_its_hold(part: PlantPart, motion: Motion, sampling: float) -> Plant:

@@ -189,8 +189,6 @@ def sinumerik_files(
 
 
 TARGET = Target(
-    "sinumerik",
-    "machine data of friction compensation at reversals",
-    sinumerik_files,
+    "sinumerik", "machine data of friction compensation at reversals", sinumerik_files,
     frozenset({"machine", "advance", "instead"}),
-)
+)  # fmt: skip

@@ -137,11 +137,9 @@ def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
     with new_figure(7.4, 3.8) as figure:
         left, right = figure.subplots(1, 2)
         segments = [
-            (s.velocity, float(np.median(log.force[s.start : s.stop])), s.settled)
-            for log, found in logs
-            if log.force is not None and isinstance(found, Inspection)
-            for s in found.stretches
-        ]
+            (s.velocity, float(np.median(log.force[s.start : s.stop])), s.settled) for log, found in logs
+            if log.force is not None and isinstance(found, Inspection) for s in found.stretches
+        ]  # fmt: skip
         means = [table for table, _ in pairs if isinstance(table, ForceVelocity)]
         segments += [(v, F, True) for table in means for v, F in zip(table.velocity, table.force, strict=True)]
         motion = pairs[0][0].motion

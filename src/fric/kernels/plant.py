@@ -104,15 +104,9 @@ def effective_times(plant: PlantConstants, length: float) -> Real:
 
 @compiled(INSTANT(STEP_FUNCTION, ARRAY, ARRAY, PLANT, INSTANT, *[types.float64] * 3), makes_arrays=False)
 def _step(
-    friction: Step,
-    state: Real,
-    parameters: Real,
-    plant: PlantConstants,
-    start: Instant,
-    driven: float,
-    h: float,
+    friction: Step, state: Real, parameters: Real, plant: PlantConstants, start: Instant, driven: float, h: float,
     effective: float,
-) -> Instant:
+) -> Instant:  # fmt: skip
     """Take a step of second order (Verlet's in velocity form); damping and input are exact, friction is a trapezoid."""
     v, F, push = start.v, start.F, effective / plant.M
     free = v + effective * (driven - plant.A * v)

@@ -66,12 +66,9 @@ Drawn = tuple[list[PlantDocument | FrictionDocument], dict[tuple[bool, int], Not
 
 
 def prior_axis(
-    machine: Machine | None = None,
-    axis: str = "x",
-    friction: FrictionDocument | None = None,
-    plant: PlantDocument | None = None,
-    like: Sequence[Log] = (),
-) -> tuple[Axis, list[Notice]]:
+    machine: Machine | None = None, axis: str = "x", friction: FrictionDocument | None = None,
+    plant: PlantDocument | None = None, like: Sequence[Log] = (),
+) -> tuple[Axis, list[Notice]]:  # fmt: skip
     """Return an axis as known, and the substitutes for what is not known: a typical machine where none is given.
 
     like: A typical log, for force noise and encoder step.
@@ -301,14 +298,9 @@ LARGEST = 0.5  # Largest step of a logarithm or logit in which a derivative is t
 
 
 def narrowing(
-    machine: Machine,
-    axis: Axis,
-    limits: Limits,
-    covariances: Sequence[Covariance],
-    between: float,
-    scheme: Scheme,
+    machine: Machine, axis: Axis, limits: Limits, covariances: Sequence[Covariance], between: float, scheme: Scheme,
     advance: Callable[[], object] = lambda: None,
-) -> Narrowing:
+) -> Narrowing:  # fmt: skip
     """Return how a further record would narrow the predicted glitch of an axis.
 
     axis: The axis at the last result: its friction is the GMS model that was identified.
@@ -642,14 +634,9 @@ def _drawn(
 
 
 def expected(
-    axis: Axis,
-    planned: Sequence[Planned],
-    advance: Callable[..., object],
-    draws: int = DRAWS,
-    known: FrictionDocument | None = None,
-    plant: PlantDocument | None = None,
-    earlier: dict[int, Drawn] | None = None,
-) -> Expectation:
+    axis: Axis, planned: Sequence[Planned], advance: Callable[..., object], draws: int = DRAWS,
+    known: FrictionDocument | None = None, plant: PlantDocument | None = None, earlier: dict[int, Drawn] | None = None,
+) -> Expectation:  # fmt: skip
     """Return the intervals that planned records of an axis will give.
 
     axis: The axis as known beforehand, with the noise and the encoder of its logs.
@@ -696,16 +683,9 @@ def expected(
 
 
 def planned_for(
-    axis: Axis,
-    limits: Limits,
-    wanted: Wanted,
-    advance: Callable[..., object],
-    draws: int | None = None,
-    known: FrictionDocument | None = None,
-    plant: PlantDocument | None = None,
-    *,
-    micro_steps: bool = False,
-) -> tuple[tuple[Planned, ...], Expectation]:
+    axis: Axis, limits: Limits, wanted: Wanted, advance: Callable[..., object], draws: int | None = None,
+    known: FrictionDocument | None = None, plant: PlantDocument | None = None, *, micro_steps: bool = False,
+) -> tuple[tuple[Planned, ...], Expectation]:  # fmt: skip
     """Return the experiments for the requested half-widths, as far as possible, and the expected intervals.
 
     wanted: Requested half-width by parameter, and whether it is relative to the value.

@@ -497,14 +497,9 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
 
 
 def stroke_flaws(
-    strokes: Sequence[tuple[Log, Segment]],
-    place: OverPlace | None,
-    *,
-    force: float = inf,
-    half_width: float = 0.0,
-    taken_off: bool = False,
-    scattered: bool = False,
-) -> list[Notice]:
+    strokes: Sequence[tuple[Log, Segment]], place: OverPlace | None, *, force: float = inf, half_width: float = 0.0,
+    taken_off: bool = False, scattered: bool = False,
+) -> list[Notice]:  # fmt: skip
     """Return the warnings from strokes at constant velocity about the encoder, and about the force over place and time.
 
     force, half_width: The identified friction, and the smaller half-width of Coulomb friction and offset [N], the scale

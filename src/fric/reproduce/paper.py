@@ -249,12 +249,9 @@ def _row(name: str, given: Estimate, found: Estimate) -> ComparedRow:
 
 
 def write_page(
-    page: Path,
-    machine: Path,
-    files: Mapping[str, AxisFiles],
-    runs: Mapping[float, tuple[list[CircleRun], Path]],
+    page: Path, machine: Path, files: Mapping[str, AxisFiles], runs: Mapping[float, tuple[list[CircleRun], Path]],
     run_files: Sequence[Path],
-) -> None:
+) -> None:  # fmt: skip
     """Write the page of a reproduction: the report of what was learned and run, and the paper beside it."""
     document = read_document(machine, MachineDocument)
     subject = document.machine()

@@ -37,14 +37,9 @@ class StepCache:
         return len(self._known)
 
     def step(
-        self,
-        name: str,
-        make: Callable[[], None],
-        *,
-        reads: Iterable[Path],
-        leaves: Iterable[Path],
+        self, name: str, make: Callable[[], None], *, reads: Iterable[Path], leaves: Iterable[Path],
         settings: Mapping[str, Any] | None = None,
-    ) -> bool:
+    ) -> bool:  # fmt: skip
         """Make a step unless its files are up to date; return whether it was made."""
         leaves = list(leaves)
         wanted = {

@@ -37,12 +37,9 @@ from fric.verb import Kind, useless, verb
 
 HERTZ = "{:.4g} Hz"
 MARGINS = (
-    ("phase_margin", "phase margin", "{:.1f}°"),
-    ("gain_margin", "gain margin", "{:.1f} dB"),
-    ("peak_sensitivity", "Ms", "{:.1f} dB"),
-    ("crossover", "crossover", HERTZ),
-    ("bandwidth", "bandwidth", HERTZ),
-)
+    ("phase_margin", "phase margin", "{:.1f}°"), ("gain_margin", "gain margin", "{:.1f} dB"),
+    ("peak_sensitivity", "Ms", "{:.1f} dB"), ("crossover", "crossover", HERTZ), ("bandwidth", "bandwidth", HERTZ),
+)  # fmt: skip
 FIRST_MODE = 50.0  # Assumed lowest structural mode of an axis without a measured response [Hz]: that of a slow machine
 MODE_DAMPING = 0.01  # Its assumed damping
 Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]

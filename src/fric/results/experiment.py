@@ -64,15 +64,11 @@ def experiment(
     if noise is not None:
         subject = replace(subject, force_noise=in_si(noise, "force", motion))
     given = known(
-        samples=samples,
-        speeds=several(speeds, "velocity", motion),
-        amplitudes=several(amplitudes, "small length", motion),
-        frequency=quantity(frequency, "frequency"),
-        step=None if step is None else in_si(step, "small length", motion),
-        steps=steps,
-        mean=None if mean is None else in_si(mean, "velocity", motion),
-        peaks=several(peaks, "velocity", motion),
-    )
+        samples=samples, speeds=several(speeds, "velocity", motion),
+        amplitudes=several(amplitudes, "small length", motion), frequency=quantity(frequency, "frequency"),
+        step=None if step is None else in_si(step, "small length", motion), steps=steps,
+        mean=None if mean is None else in_si(mean, "velocity", motion), peaks=several(peaks, "velocity", motion),
+    )  # fmt: skip
     if (plan is None) == (kind is None):
         raise FricError("an experiment is of a kind or of a plan", hint="Give `kind=`, or `plan=`.")
     if plan is None:

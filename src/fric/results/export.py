@@ -42,16 +42,9 @@ from fric.verdict import Candidate, Evidence, candidates_of, decide, evidence_of
 
 
 def trust_of(
-    machine: Machine,
-    name: str,
-    scheme: Scheme,
-    notices: Iterable[Notice],
-    disagreements: Sequence[Notice] = (),
-    *,
-    compared: bool = False,
-    drawn: Sequence[Evidence] = (),
-    advance: Advance = silent,
-) -> tuple[list[Notice], list[Notice]]:
+    machine: Machine, name: str, scheme: Scheme, notices: Iterable[Notice], disagreements: Sequence[Notice] = (), *,
+    compared: bool = False, drawn: Sequence[Evidence] = (), advance: Advance = silent,
+) -> tuple[list[Notice], list[Notice]]:  # fmt: skip
     """Return the reasons against a scheme on an axis, and further doubts of the verdict.
 
     Reasons are warnings of severity ``wrong`` in the machine's files, and a measured circle that differs from its

@@ -618,15 +618,9 @@ def identify_model(
     ready, loaded = without_loaded(prepared(records, taken_off))
     doubtful += settled(of_shares(ready))
     found = identify_by_replay(
-        model,
-        ready,
-        static=kept.estimates("static") if kept else None,
-        negative=kept.backward() if kept else None,
-        blocks=blocks,
-        fix=_fixed(model, fix, motion),
-        free=free,
-        seed=seed,
-    )
+        model, ready, static=kept.estimates("static") if kept else None, negative=kept.backward() if kept else None,
+        blocks=blocks, fix=_fixed(model, fix, motion), free=free, seed=seed,
+    )  # fmt: skip
     _refuse_hidden(found, records)
     static = getattr(found.model, "static", None)
     if static is not None:

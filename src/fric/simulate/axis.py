@@ -115,16 +115,9 @@ class Trace:
 
 @one_blas_thread()
 def run_axis(
-    axis: Axis,
-    reference: Reference,
-    scheme: Scheme = NONE,
-    *,
-    excitation: Real | None = None,
-    against: Real | None = None,
-    halvings: int = 0,
-    accuracy: float = 0.0,
-    began: float = 0.0,
-) -> Trace:
+    axis: Axis, reference: Reference, scheme: Scheme = NONE, *, excitation: Real | None = None,
+    against: Real | None = None, halvings: int = 0, accuracy: float = 0.0, began: float = 0.0,
+) -> Trace:  # fmt: skip
     """Return the traces of one axis that starts at rest and follows a reference in closed loop.
 
     excitation: Voltage added to the control voltage [V], shape (n,).
@@ -143,14 +136,9 @@ def run_axis(
 
 
 def _loop_arguments(
-    axis: Axis,
-    reference: Reference,
-    scheme: Scheme,
-    excitation: Real | None = None,
-    accuracy: float = 0.0,
-    began: float = 0.0,
-    against: Real | None = None,
-) -> tuple[Step, Real, Real, PlantConstants, Board, list[Block], Commands]:
+    axis: Axis, reference: Reference, scheme: Scheme, excitation: Real | None = None, accuracy: float = 0.0,
+    began: float = 0.0, against: Real | None = None,
+) -> tuple[Step, Real, Real, PlantConstants, Board, list[Block], Commands]:  # fmt: skip
     """Check what is asked of an axis, and return it as the compiled loop reads it."""
     axis = jointly_designed(axis, scheme, reference)
     plant, cascade = axis.plant, axis.cascade

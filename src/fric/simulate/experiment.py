@@ -97,15 +97,9 @@ class Experiment:
 
 @Experiment
 def constant_velocity(
-    axis: Axis,
-    *,
-    speeds: Sequence[float] = SPEEDS,
-    distance: float = 0.5e-3,
-    lasting: float = 1.0,
-    ramp: float = 0.1,
-    repeats: int = 1,
-    samples: int = 4096,
-) -> Iterator[Trial]:
+    axis: Axis, *, speeds: Sequence[float] = SPEEDS, distance: float = 0.5e-3, lasting: float = 1.0, ramp: float = 0.1,
+    repeats: int = 1, samples: int = 4096,
+) -> Iterator[Trial]:  # fmt: skip
     """Yield one record a speed: a stroke, a rest, and the stroke back.
 
     speeds: Speeds [m/s].
@@ -123,13 +117,9 @@ def constant_velocity(
 
 @Experiment
 def presliding_sine(
-    axis: Axis,
-    *,
-    amplitudes: Sequence[float] = AMPLITUDES,
-    frequency: float = 0.1,
-    cycles: int = 5,
+    axis: Axis, *, amplitudes: Sequence[float] = AMPLITUDES, frequency: float = 0.1, cycles: int = 5,
     samples: int = 4096,
-) -> Iterator[Trial]:
+) -> Iterator[Trial]:  # fmt: skip
     """Yield one record an amplitude: whole cycles of a slow sine, logged once it has run in.
 
     amplitudes: Amplitudes [m].
@@ -143,15 +133,9 @@ def presliding_sine(
 
 @Experiment
 def micro_steps(
-    axis: Axis,
-    *,
-    step: float = 1e-6,
-    steps: int = 30,
-    loops: int = 4,
-    ramp: float = 0.25,
-    dwell: float = 0.25,
+    axis: Axis, *, step: float = 1e-6, steps: int = 30, loops: int = 4, ramp: float = 0.25, dwell: float = 0.25,
     samples: int = 16384,
-) -> Iterator[Trial]:
+) -> Iterator[Trial]:  # fmt: skip
     """Yield one record of small steps up and down before sliding, as a machine without a slow sine makes them.
 
     step: Size of a step [m].
@@ -164,14 +148,9 @@ def micro_steps(
 
 @Experiment
 def sliding_sine_around(
-    axis: Axis,
-    *,
-    mean: float = 2e-3,
-    swing: float = 1.5e-3,
-    frequency: float = 4.0,
-    cycles: int = 20,
+    axis: Axis, *, mean: float = 2e-3, swing: float = 1.5e-3, frequency: float = 4.0, cycles: int = 20,
     samples: int = 8192,
-) -> Iterator[Trial]:
+) -> Iterator[Trial]:  # fmt: skip
     """Yield one record of sliding at a velocity that swings around a mean, which shows the frictional lag.
 
     mean, swing: Mean and amplitude of the velocity [m/s].
@@ -262,12 +241,9 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
 
 
 _MADE: dict[Kind, Experiment] = {
-    "constant-velocity": constant_velocity,
-    "presliding-sine": presliding_sine,
-    "micro-steps": micro_steps,
-    "sliding-sine": sliding_sine_around,
-    "frequency-response": frequency_response,
-}
+    "constant-velocity": constant_velocity, "presliding-sine": presliding_sine, "micro-steps": micro_steps,
+    "sliding-sine": sliding_sine_around, "frequency-response": frequency_response,
+}  # fmt: skip
 EXPERIMENTS: tuple[Kind, ...] = tuple(_MADE)  # The kinds of record that can be made
 OF_THE_PAPER: tuple[Kind, ...] = tuple(kind for kind in EXPERIMENTS if kind != "micro-steps")
 """The kinds of record that the paper identifies an axis from."""

@@ -100,15 +100,9 @@ def _apart(study: object) -> Iterator[None]:
 
 
 def run_all(
-    study: Callable[[int], T],
-    machines: int,
-    *,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    memory: float = 0.0,
-    advance: Callable[[], object] = lambda: None,
-    interrupted: Callable[[], bool] = lambda: False,
-) -> list[T]:
+    study: Callable[[int], T], machines: int, *, workers: int | None = None, scheduler: str | None = None,
+    memory: float = 0.0, advance: Callable[[], object] = lambda: None, interrupted: Callable[[], bool] = lambda: False,
+) -> list[T]:  # fmt: skip
     """Return the outcomes of all machines in their order; of those that are done where it is interrupted.
 
     scheduler: Address of a Dask cluster that runs them instead, see `cluster_outcomes`.

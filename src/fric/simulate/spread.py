@@ -231,15 +231,10 @@ class _Draws:
 
 
 def draw_machine(
-    machine: Machine,
-    index: int,
-    *,
-    seed: int = 0,
-    spreads: Mapping[str, Spread] | None = None,
-    intervals: Mapping[str, Intervals] | None = None,
-    covariances: Mapping[str, Sequence[Covariance]] | None = None,
+    machine: Machine, index: int, *, seed: int = 0, spreads: Mapping[str, Spread] | None = None,
+    intervals: Mapping[str, Intervals] | None = None, covariances: Mapping[str, Sequence[Covariance]] | None = None,
     discrepancies: Mapping[str, Mapping[str, Spread]] | None = None,
-) -> tuple[Machine, dict[str, float]]:
+) -> tuple[Machine, dict[str, float]]:  # fmt: skip
     """Return machine number ``index`` of those that a seed draws, and what was drawn.
 
     The place of position 0 between two counts of its encoders is drawn, too, and is the same for all schemes.
