@@ -314,11 +314,10 @@ def _glitch(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme, plac
     machine = Machine("", dict(axes)).placed(place / PLACES)
     turn = Circle(test.radius, test.feed, 1, test.direction)
     measured = [
-        run_axis(machine.axes[name], reference, scheme, accuracy=ACCURACY).position
-        if name in axes
+        run_axis(machine.axes[name], reference, scheme, accuracy=ACCURACY).position if name in axes
         else reference.position
         for name, reference in zip(test.names, turn.references(next(iter(axes.values())).cascade.sampling), strict=True)
-    ]
+    ]  # fmt: skip
     return circularity(measured[0], measured[1], test.radius).glitch
 
 
@@ -452,10 +451,9 @@ def _disagreement(machine: Machine, test: MeasuredCircle, gains: Mapping[str, fl
         expected = measured_quadrants(whole.beside(measured_from_run(run), run.traces))
     share = SHARE_APART + max((gains.get(name, 0.0) for name in test.names), default=0.0)
     off = {
-        name: (value, other)
-        for name, value, other in zip(QUADRANTS, seen, expected, strict=True)
+        name: (value, other) for name, value, other in zip(QUADRANTS, seen, expected, strict=True)
         if name in judged and not np.isclose(value, other, rtol=share, atol=GLITCH_APART)
-    }
+    }  # fmt: skip
     if off:
         microns = {name: (f"{a * 1e6:+.1f}", f"{b * 1e6:+.1f}") for name, (a, b) in off.items()}
         glitches = "; ".join(f"{name} {a} µm measured, {b} µm simulated" for name, (a, b) in microns.items())
@@ -601,9 +599,7 @@ def loop_warnings(axes: Mapping[str, TunedAxis]) -> Iterator[Notice]:
 GAIN = 0.97  # Largest share of four parameters' residual that the full shape may leave, to be chosen
 DISPLACED = 0.5e-6  # Largest error of the position by a jittering clock [m]: more exceeds the error to compensate
 AGAIN, RESTS = 3, 0.01  # Most refinements of motion and fit, and change of the logarithms at which they end
-FEWER = (
-    ("level", "stiffness", "alpha", "k"), ("level", "C", "ratio", "v_s", "delta"), ("level",),
-)  # fmt: skip
+FEWER = (("level", "stiffness", "alpha", "k"), ("level", "C", "ratio", "v_s", "delta"), ("level",))
 """Parts of the identified friction to keep, if all of it should make a circle worse: all but its fall with speed, which
 matters where a circle is slow; all but the stiffness, which matters where it is fast; only the level."""
 MISFIT = "the residual is not friction of this shape"

@@ -690,10 +690,9 @@ def identifiability_warnings(axis: Axis, tests: Sequence[MeasuredCircle], found:
     where, volt, feeds = f"axis {axis.name}", si_unit("input", axis.motion), sorted(test.feed for test in tests)
     if feeds[-1] < FEEDS_APART * feeds[0]:
         missing = (
-            "delay, inertia and how friction falls with speed above it (T_d may be off by half)"
-            if feeds[-1] < 0.03
+            "delay, inertia and how friction falls with speed above it (T_d may be off by half)" if feeds[-1] < 0.03
             else "v_s, delta, C and the weakest blocks, which show where a reversal is slow"
-        )
+        )  # fmt: skip
         yield circle.ONE_FEED.found(where, feed=Estimate(feeds[-1], "m/s"), missing=missing)
     # the effect of encoder counts repeats from turn to turn, and is no misfit
     if (noise := found.noise()) is not None and found.rms > MISFIT * noise and found.rms > SHAPE * explained(found):

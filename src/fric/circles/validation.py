@@ -149,15 +149,11 @@ def _run(  # noqa: PLR0913 - one closed loop for three ways of validation
         acceleration = np.gradient(velocity, 1 / rate)
         model = model + (acceleration + plant.A * velocity) / plant.B
     traces, _ = closed_loop(
-        type(friction).step,
-        state,
-        friction.packed(),
+        type(friction).step, state, friction.packed(),
         PlantConstants(
-            plant.A, plant.B, plant.M, load, delay, float(state.size == 0),
-            float(start(origin) - reference[0]), v_0,
+            plant.A, plant.B, plant.M, load, delay, float(state.size == 0), float(start(origin) - reference[0]), v_0,
         ),
-        Board(1 / rate, float("inf") if cascade is None else cascade.limit, 0.0),
-        blocks,
+        Board(1 / rate, float("inf") if cascade is None else cascade.limit, 0.0), blocks,
         Commands(asked, velocity, acceleration, np.ascontiguousarray(model), zeros, asked, velocity),
     )  # fmt: skip
     if not np.isfinite(traces.position[-1]):

@@ -294,12 +294,9 @@ class Command:
         asked += [VerbForm(verb)[name] for verb, names in self.further.items() for name in names]
         asked = [replace(argument, default=None) if argument.name in self.optional else argument for argument in asked]
         placed = [
-            argument
-            for argument in asked
-            if argument.several
-            or argument.name in self.places
+            argument for argument in asked if argument.several or argument.name in self.places
             or (argument.positional and argument.default is Parameter.empty and argument.name not in self.options)
-        ]
+        ]  # fmt: skip
         named = [argument for argument in asked if argument not in placed]
         made = [self._parameter(argument, place=True) for argument in placed]
         made += [self.output.parameter()] if self.output else []

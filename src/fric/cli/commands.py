@@ -61,9 +61,8 @@ DESIGN: dict[str, Home] = {
         flags={name: f"--{name}" for name in ("K_p", "K_i", "K_v")},
     ),
     "observer": Command(
-        "fric.results.design:design_observer",
-        Output("OBSERVER.yaml", "The observer file to write.", required=False), plot=True,
-        places=["log"], flags={"resonances": "--resonance"},
+        "fric.results.design:design_observer", Output("OBSERVER.yaml", "The observer file to write.", required=False),
+        plot=True, places=["log"], flags={"resonances": "--resonance"},
     ),
     "block": Command(
         "fric.results.design:design_block", Output("BLOCK.yaml", "The block file to write.", required=False),

@@ -66,9 +66,8 @@ def _predicted(made: Any) -> Any:
     limits = held.intervals or {}
     return {
         name: {**vars(glitch), "ci95": limits.get(name), "agrees": held.agrees[name], "cause": held.causes.get(name)}
-        for name, glitch in held.predicted.glitches.items()
-        if name in held.agrees
-    }
+        for name, glitch in held.predicted.glitches.items() if name in held.agrees
+    }  # fmt: skip
 
 
 class DiagnosisDocument(Document, type="diagnosis"):

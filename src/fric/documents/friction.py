@@ -141,13 +141,12 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
             units = {p.name: f"{p.doc} [{si_unit(p.dimension, 'linear')}]" for p in model.parameters}
             schema["properties"] |= {
                 name: {
-                    "type": "object",
-                    "description": str(model.__doc__).partition("\n")[0],
+                    "type": "object", "description": str(model.__doc__).partition("\n")[0],
                     "properties": {p: {"$ref": "#/$defs/Quantity", "description": text} for p, text in units.items()},
                     "additionalProperties": False,
                 },
                 f"{name}_fit": {"$ref": "#/$defs/Fit", "description": f"how well {name} fits"},
-            }
+            }  # fmt: skip
         return schema | {"additionalProperties": False}
 
     def section(self, name: str) -> dict[str, Quantity]:

@@ -306,14 +306,12 @@ def _filed(axis: Axis) -> dict[str, Any]:
         for name, given in axis.blocks.items()
     }
     return known(
-        motion=motion, plant=plant_part(axis.plant, motion),
-        nominal=axis.nominal and plant_part(axis.nominal, motion), controller=ControllerPart.of(axis.cascade, motion),
-        observer=observer
+        motion=motion, plant=plant_part(axis.plant, motion), nominal=axis.nominal and plant_part(axis.nominal, motion),
+        controller=ControllerPart.of(axis.cascade, motion), observer=observer
         and in_units(vars(observer) | vars(observer.q), ObserverPart.dimensions, motion) | {"filter": observer.q.name},
         encoder=EncoderPart.of(axis.encoder, motion),
-        noise=in_units({"force": axis.force_noise}, NoisePart.dimensions, motion),
-        friction=friction, feedforward=believed, blocks=blocks or None,
-        second_mass=axis.second_mass and filed(axis.second_mass, motion),
+        noise=in_units({"force": axis.force_noise}, NoisePart.dimensions, motion), friction=friction,
+        feedforward=believed, blocks=blocks or None, second_mass=axis.second_mass and filed(axis.second_mass, motion),
         reality=None if axis.reality == NONE else filed(axis.reality, motion),
     )  # fmt: skip
 

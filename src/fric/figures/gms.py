@@ -292,8 +292,7 @@ def _look(branches: MapBranches) -> dict[str, str]:
 
 
 def _points(
-    axes: Axes, x: Real, y: Real, error: Real,
-    colour: str = BLACK, marker: str = "o", label: str = "measured, 95 %",
+    axes: Axes, x: Real, y: Real, error: Real, colour: str = BLACK, marker: str = "o", label: str = "measured, 95 %",
 ) -> None:  # fmt: skip
     if x.size:
         axes.errorbar(

@@ -607,10 +607,9 @@ def _sureness(document: PlantDocument) -> dict[str, float]:
         for part in parts if part.velocity_rms is not None
     )  # fmt: skip
     return {
-        name: estimate.half_width * np.sqrt(size)
-        for name, estimate in elements(document.estimates(document.motion))
+        name: estimate.half_width * np.sqrt(size) for name, estimate in elements(document.estimates(document.motion))
         if size > 0 and 0 < estimate.half_width < inf
-    }
+    }  # fmt: skip
 
 
 def _drawn(

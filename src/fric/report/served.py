@@ -278,10 +278,9 @@ class KnotPage(LocalPage):
         """Return the answer to a request: ``try`` fits knots [m], ``save`` accepts them."""
         knots = asked.get("knots") if isinstance(asked, dict) else None
         if not (
-            isinstance(knots, list)
-            and 0 < len(knots) <= MOST_KNOTS
+            isinstance(knots, list) and 0 < len(knots) <= MOST_KNOTS
             and all(isinstance(knot, int | float) and 0 < knot < 1e3 for knot in knots)
-        ):
+        ):  # fmt: skip
             raise FricError(f"that is not a list of 1 to {MOST_KNOTS} displacements")
         ordered = sorted(float(knot) for knot in knots)
         with self.lock:

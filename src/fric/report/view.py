@@ -133,8 +133,7 @@ def summary_of(
     further = Counter(kind for kind, notice in kinds if verdicts or notice.severity != "wrong")
     return {
         "facts": facts, "stamp": stamp, "meaning": meaning, "wrong": wrong, "further": further,
-        "doubts": " and ".join(dict(kinds)).capitalize(),
-        "next_step": _next_step(inputs), "failed": inputs.failed,
+        "doubts": " and ".join(dict(kinds)).capitalize(), "next_step": _next_step(inputs), "failed": inputs.failed,
     }  # fmt: skip
 
 
@@ -380,11 +379,9 @@ def _test(
         for k, contour in enumerate(test.contours)
     ]  # fmt: skip
     asked = {
-        kind.name: f"{kind.name} ({kind.kind}): {kind.asks}"
-        for contour in test.contours
-        for kind in (block_type(contour.scheme.controller), *contour.scheme.block_types)
-        if kind.name != "cascade"
-    }
+        kind.name: f"{kind.name} ({kind.kind}): {kind.asks}" for contour in test.contours
+        for kind in (block_type(contour.scheme.controller), *contour.scheme.block_types) if kind.name != "cascade"
+    }  # fmt: skip
     sizes = {} if without in (None, chosen) else {"now": ("now", verdict.now)}
     if chosen is not None:
         sizes["with"] = (f"with {chosen.named}", readable(chosen.middle, "m", 2))

@@ -301,9 +301,8 @@ class Identified(Result):
 
         rows = [
             (name, symbol, estimate.value, *(estimate.ci95 or (nan, nan)), estimate.unit, estimate.note)
-            for name, section in self.sections().items()
-            for symbol, estimate in elements(section)
-        ]
+            for name, section in self.sections().items() for symbol, estimate in elements(section)
+        ]  # fmt: skip
         frame = pd.DataFrame(rows, columns=["section", "parameter", "value", "low", "high", "unit", "note"])
         return frame.set_index(["section", "parameter"])
 
@@ -346,8 +345,7 @@ class Identified(Result):
         named = ((name, entry) for section in self.sections().values() for name, entry in section.items())
         values = [
             f"{name} {readable(entry['value'], entry['unit'], known_digits(entry['value'], entry.get('ci95')))}"
-            for name, entry in named
-            if isinstance(entry.get("value"), int | float) and not entry.get("fixed")
+            for name, entry in named if isinstance(entry.get("value"), int | float) and not entry.get("fixed")
         ]  # fmt: skip
         while len(text := ", ".join(values)) > BRIEF:
             values.pop()

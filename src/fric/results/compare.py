@@ -188,9 +188,8 @@ class ValidationResult(Result, schema=ValidationDocument):
 
         rows = [
             {"record": found["record"], "loop": found["loop"], "signal": name, **signal}
-            for found in self.document["validations"]
-            for name, signal in found["signals"].items()
-        ]
+            for found in self.document["validations"] for name, signal in found["signals"].items()
+        ]  # fmt: skip
         return pd.DataFrame(rows).set_index(["record", "loop", "signal"])
 
 

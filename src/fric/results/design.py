@@ -407,9 +407,8 @@ class BlockResult(Design, schema=BlockDocument, of="content"):
         block, tree = self.design.block, self.document
         rows = [
             (parameter.name, readable(float(given["value"]), given["unit"]), parameter.doc)
-            for parameter in block.parameters
-            if (given := tree["parameters"].get(parameter.name))
-        ]
+            for parameter in block.parameters if (given := tree["parameters"].get(parameter.name))
+        ]  # fmt: skip
         table = Table(["parameter", "value", "what it is"], rows)
         found: list[Piece] = [f"{block.name}  of the kind {block.kind}, {self.design.reason}", table]
         return [*found, *self._cascade(), *([self.margins()] if tree["margins"] else []), f"it asks for: {block.asks}"]
@@ -420,9 +419,8 @@ class BlockResult(Design, schema=BlockDocument, of="content"):
         after, before = self.joint.compliance
         rows = [
             (name, readable(float(given["value"]), given["unit"]))
-            for name, given in self.document["controller"].items()
-            if name not in {"sampling", "limit"}
-        ]
+            for name, given in self.document["controller"].items() if name not in {"sampling", "limit"}
+        ]  # fmt: skip
         text = f"with this cascade a step of friction moves the axis {before / after:.1f} times less than without both"
         return [named(["cascade", "value"], rows), text]
 

@@ -74,9 +74,7 @@ def _log_rows(found: Inspection) -> list[tuple[str, str]]:
         rows.append(("sine", text + (f", at {_value(sine.mean_velocity, speed)}" if sine.mean_velocity else "")))
     estimates = {"lost per cycle": found.energy} if found.kind in {"presliding-sine", "motion"} else {}
     if between := found.transmission:
-        estimates |= {
-            "lost motion": between.lost_motion, "wind-up": between.wind_up, "stiffness": between.stiffness,
-        }  # fmt: skip
+        estimates |= {"lost motion": between.lost_motion, "wind-up": between.wind_up, "stiffness": between.stiffness}
     if holding := found.holding:
         estimates |= {"friction at rest": holding.level, "load": holding.load}
     known = {name: estimate for name, estimate in estimates.items() if estimate is not None}

@@ -159,10 +159,7 @@ def _loop_arguments(
     else:
         against = np.zeros(len(reference))
     return (
-        step,
-        state,
-        parameters,
-        constants._replace(tolerance=max(constants.tolerance, tolerance)),
+        step, state, parameters, constants._replace(tolerance=max(constants.tolerance, tolerance)),
         Board(cascade.T_s, cascade.limit, axis.encoder.resolution),
         [block.ready(setting) for block in (controller, *others)],
         Commands(

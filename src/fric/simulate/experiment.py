@@ -233,10 +233,9 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
         hint = f"It has {', '.join(sorted(known))}."
         raise FricError(f"the experiment '{kind}' has no setting '{unknown}'", hint=hint)
     trials = (
-        trial
-        for made in wanted
+        trial for made in wanted
         for trial in made.planned(axis, seed, **{key: settings[key] for key in settings.keys() & made.settings})
-    )
+    )  # fmt: skip
     yield from logs_of(axis, trials, seed)
 
 

@@ -25,9 +25,7 @@ _OPERATORS: dict[type[ast.AST], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
     ast.And: "and", ast.Or: "or",
 }  # fmt: skip
-_FOLDED: dict[str, Any] = {
-    "+": op.add, "-": op.sub, "*": op.mul, "/": op.truediv, "//": op.floordiv, "%": op.mod,
-}  # fmt: skip
+_FOLDED: dict[str, Any] = {"+": op.add, "-": op.sub, "*": op.mul, "/": op.truediv, "//": op.floordiv, "%": op.mod}
 _INTRINSICS: dict[object, str] = {
     math.exp: "exp", math.copysign: "copysign", math.log1p: "log1p", builtins.abs: "abs", builtins.min: "min",
     builtins.max: "max", math.fabs: "abs", np.abs: "abs", np.exp: "exp",
@@ -212,9 +210,8 @@ class Body:
             views = tuple(self.part(argument) for argument in arguments)
             given = [
                 self.as_type(self.expression(argument), self.reader.type(of))
-                for argument, of, view in zip(arguments, signature.args, views, strict=True)
-                if view is None
-            ]
+                for argument, of, view in zip(arguments, signature.args, views, strict=True) if view is None
+            ]  # fmt: skip
             routine = self.reader.routine(function, views)
             given += [argument for argument in routine.arguments if isinstance(argument.type, ir.Array)]
             return ir.Call(routine.name, tuple(given), self.reader.type(signature.return_type))
