@@ -185,8 +185,7 @@ def learn(
     carried = []
     for of_radius, of_feed in OTHERS:
         other = replace(test, radius=test.radius * of_radius, feed=test.feed * of_feed)
-        each = zip(places, fed, strict=True)
-        glitches = [_carried(here, past[-1], references, other, scheme) for here, past in each]
+        glitches = [_carried(here, past[-1], references, other, scheme) for here, past in zip(places, fed, strict=True)]
         carried.append((other.radius, other.feed, float(np.median(glitches))))
         done()
     p, found = sorted(range(len(places)), key=lambda p: judged[p][-1].glitch)[len(places) // 2], list[CircleRun]()

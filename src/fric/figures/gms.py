@@ -269,8 +269,7 @@ def _over_speed(axes: Axes, found: FrictionMap) -> None:
     for branches in found.maps:
         for v, F in branches.standing_off:
             axes.plot(abs(v) * scale, (F - branches.offset) * np.sign(v) * factor, "x", color=GREY, zorder=4)
-    sides = (1, BLUE, "o", "positive direction"), (-1, VERMILION, "s", "negative direction")
-    for sign, colour, marker, label in sides:
+    for sign, colour, marker, label in (1, BLUE, "o", "positive direction"), (-1, VERMILION, "s", "negative direction"):
         chosen = found.velocity * sign > 0
         size = sign * (found.force[chosen] - offset)
         _points(axes, sign * found.velocity[chosen] * scale, size * factor, found.half[chosen] * factor,
