@@ -356,13 +356,10 @@ NOMINAL_DOCUMENTS: dict[str, type[AxisDocument | FrictionDocument | BlockDocumen
 
 @verb
 def read_machine(
-    path: Path | str,
-    *,
-    nominal_files: Annotated[Iterable[str], Kind(list[str], "AXIS=FILE.yaml")] = (),
-    gain: float | None = None,
-    lead: Annotated[float | str | None, "time"] = None,
+    path: Path | str, *, nominal_files: Annotated[Iterable[str], Kind(list[str], "AXIS=FILE.yaml")] = (),
+    gain: float | None = None, lead: Annotated[float | str | None, "time"] = None,
     friction_model: Annotated[str | None, Kind(metavar="NAME")] = None,
-) -> Machine:
+) -> Machine:  # fmt: skip
     """Read a machine file, and the files that it names.
 
     path: The machine file.
@@ -609,13 +606,9 @@ class IdentifiedMachine:
 
 @verb
 def read_identified(
-    path: Path | str,
-    *,
-    nominal_files: Iterable[str] = (),
-    gain: float | None = None,
-    lead: float | str | None = None,
+    path: Path | str, *, nominal_files: Iterable[str] = (), gain: float | None = None, lead: float | str | None = None,
     friction_model: str | None = None,
-) -> IdentifiedMachine:
+) -> IdentifiedMachine:  # fmt: skip
     """Read a machine file with the intervals of what was identified of it.
 
     What is identified of an axis is what its controller believes: the friction file given in ``nominal_files``, or that

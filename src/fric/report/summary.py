@@ -103,13 +103,10 @@ class Report(Result):
 
 @verb
 def make_report(
-    *files: Annotated["Result | Machine | Path | str", Kind(Path, "FILE")],
-    circles: CircleFiles = (),
-    title: str = "",
+    *files: Annotated["Result | Machine | Path | str", Kind(Path, "FILE")], circles: CircleFiles = (), title: str = "",
     tolerance: Annotated[Quantity | None, "position"] = None,
-    failed: Annotated[Sequence[str], Kind(list[str], "TEXT")] = (),
-    advance: Advance = silent,
-) -> Report:
+    failed: Annotated[Sequence[str], Kind(list[str], "TEXT")] = (), advance: Advance = silent,
+) -> Report:  # fmt: skip
     """Make a self-contained HTML page: the verdict, measured circles, identified parameters, and drift.
 
     If the controllers of a run know its machine exactly, varied machines are simulated first. If a measured circle

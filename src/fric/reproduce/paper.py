@@ -349,12 +349,9 @@ def reproduction_steps(axes: int = 2) -> int:
 
 @verb
 def reproduce_paper(
-    folder: Annotated[Path | str, Kind(metavar="DIR")] = "reproduction",
-    machine: MachineFile = "xy-table",
-    *,
-    seed: Seed = 1,
-    advance: Advance = silent,
-) -> Reproduction:
+    folder: Annotated[Path | str, Kind(metavar="DIR")] = "reproduction", machine: MachineFile = "xy-table", *,
+    seed: Seed = 1, advance: Advance = silent,
+) -> Reproduction:  # fmt: skip
     """Run the paper from end to end: experiments, identification, design, six schemes, and a page beside the paper.
 
     Steps whose inputs have not changed are not run again. The controller of the circles believes what was identified

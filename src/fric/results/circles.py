@@ -209,14 +209,10 @@ def _row(label: str, found: Estimate, unit: str, offset: float = 0.0) -> list[st
 
 @verb
 def diagnose(
-    *circles: CircleLike,
-    machine: MachineLike | None = None,
-    scheme: SchemeName | None = None,
-    known: KnownSchemes | None = None,
-    feed: Annotated[Quantity | None, "velocity"] = None,
-    reported: Annotated[Path | str | None, Kind(metavar="RESULT.b5r")] = None,
-    advance: Advance = silent,
-) -> DiagnosisResult:
+    *circles: CircleLike, machine: MachineLike | None = None, scheme: SchemeName | None = None,
+    known: KnownSchemes | None = None, feed: Annotated[Quantity | None, "velocity"] = None,
+    reported: Annotated[Path | str | None, Kind(metavar="RESULT.b5r")] = None, advance: Advance = silent,
+) -> DiagnosisResult:  # fmt: skip
     """Split a measured circle by causes: geometry, loops, backlash, friction glitches, and the values of ISO 230-4.
 
     Both directions of a circle, in one file or two, separate more causes than one direction.
@@ -337,12 +333,9 @@ class TuneResult(Result, schema=circle_findings.TuningDocument):
 
 @verb
 def tune(
-    machine: MachineLike,
-    *circles: CircleLike,
-    scheme: SchemeName | None = None,
-    loop: bool = False,
+    machine: MachineLike, *circles: CircleLike, scheme: SchemeName | None = None, loop: bool = False,
     advance: Advance = silent,
-) -> TuneResult:
+) -> TuneResult:  # fmt: skip
     """Refit the nominal parameters of a machine's controllers to recorded circles: friction, plant, delay and lead.
 
     circles: Circle tests, or run files of `fric simulate circle`. One fast and one slow, with reference, position and
@@ -404,20 +397,13 @@ class LearnedTable(Result, schema=circle_findings.LearnedFeedforwardDocument, of
 
 @verb
 def learn(
-    given: Annotated[MachineLike | CircleLike, Kind(Path, "MACHINE.yaml|CIRCLE.h5")],
-    *,
+    given: Annotated[MachineLike | CircleLike, Kind(Path, "MACHINE.yaml|CIRCLE.h5")], *,
     rounds: Annotated[int | None, Kind(least=1, most=50)] = None,
-    velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
-    radius: Annotated[Quantity, "position"] = "30 mm",
-    clockwise: bool = False,
-    observer: bool = True,
-    machine: MachineLike | None = None,
-    before: Annotated[Path | str | None, Kind(metavar="TABLE.h5")] = None,
-    scheme: SchemeName | None = None,
-    share: float | None = None,
-    bandwidth: Annotated[Quantity | None, "frequency"] = None,
-    advance: Advance = silent,
-) -> LearnResult | LearnedTable:
+    velocity: Annotated[Quantity, "velocity"] = "100 mm/s", radius: Annotated[Quantity, "position"] = "30 mm",
+    clockwise: bool = False, observer: bool = True, machine: MachineLike | None = None,
+    before: Annotated[Path | str | None, Kind(metavar="TABLE.h5")] = None, scheme: SchemeName | None = None,
+    share: float | None = None, bandwidth: Annotated[Quantity | None, "frequency"] = None, advance: Advance = silent,
+) -> LearnResult | LearnedTable:  # fmt: skip
     """Learn the voltage to feed forward against friction on a repeated circle, without a friction model.
 
     With a machine all rounds are simulated, and the result is tried at another feed and radius, where it does not hold.

@@ -103,19 +103,13 @@ class HalvesResult(Result, schema=HalvesDocument, of="halves"):
 
 @verb
 def compare(
-    *logs: LogLike,
-    models: Annotated[str | Sequence[str], Kind(str, "all|NAME,NAME…")] = "all",
+    *logs: LogLike, models: Annotated[str | Sequence[str], Kind(str, "all|NAME,NAME…")] = "all",
     fit_on: Annotated[str | Sequence[str] | None, Kind(list[str], "RECORD", "records")] = None,
     cycles: Annotated[int | None, Kind(metavar="N", least=1, most=10**6)] = None,
-    folds: Annotated[int, Kind(least=2, most=100)] = 3,
-    halves: bool = False,
-    static: FrictionLike | None = None,
-    plant: PlantLike | None = None,
-    blocks: Blocks = 4,
-    seed: Seed = 0,
-    circles: CircleFiles = (),
+    folds: Annotated[int, Kind(least=2, most=100)] = 3, halves: bool = False, static: FrictionLike | None = None,
+    plant: PlantLike | None = None, blocks: Blocks = 4, seed: Seed = 0, circles: CircleFiles = (),
     advance: Advance = silent,
-) -> ComparisonResult | HalvesResult:
+) -> ComparisonResult | HalvesResult:  # fmt: skip
     """Fit friction models to some records or cycles and score them on others.
 
     models: Models to compare, by name.
@@ -195,13 +189,9 @@ class ValidationResult(Result, schema=ValidationDocument):
 
 @verb
 def validate(
-    *logs: LogLike,
-    plant: PlantLike,
-    controller: ControllerLike | None = None,
-    friction: FrictionLike | None = None,
-    model: Annotated[str | None, Kind(metavar="NAME")] = None,
-    load: Annotated[Quantity | None, "force"] = None,
-) -> ValidationResult:
+    *logs: LogLike, plant: PlantLike, controller: ControllerLike | None = None, friction: FrictionLike | None = None,
+    model: Annotated[str | None, Kind(metavar="NAME")] = None, load: Annotated[Quantity | None, "force"] = None,
+) -> ValidationResult:  # fmt: skip
     """Replay a recorded motion in closed loop, in open loop and inversely, and score it against the record.
 
     plant: The identified plant. Its file or its result.

@@ -149,21 +149,13 @@ class ControllerResult(Design, schema=ControllerDocument, of="content"):
 
 @verb
 def design_controller(
-    plant: PlantLike,
-    *,
-    phase_margin: Annotated[Quantity, "angle"] = "60 deg",
-    gain_margin: Annotated[Quantity, "gain"] = "13.8 dB",
-    sampling: Annotated[Quantity, "frequency"] = "4 kHz",
-    velocity_filter: Annotated[Quantity, "frequency"] = "500 Hz",
-    limit: Annotated[Quantity | None, "input"] = None,
-    corner_ratio: float = 10.0,
-    separation: float = 3.0,
-    crossover: Annotated[Quantity | None, "frequency"] = None,
-    K_p: Annotated[Quantity | None, "velocity gain"] = None,
-    K_i: Annotated[Quantity | None, "position gain"] = None,
-    K_v: Annotated[Quantity | None, "rate"] = None,
-    view: Literal["bode", "nyquist", "nichols"] = "bode",
-) -> ControllerResult:
+    plant: PlantLike, *, phase_margin: Annotated[Quantity, "angle"] = "60 deg",
+    gain_margin: Annotated[Quantity, "gain"] = "13.8 dB", sampling: Annotated[Quantity, "frequency"] = "4 kHz",
+    velocity_filter: Annotated[Quantity, "frequency"] = "500 Hz", limit: Annotated[Quantity | None, "input"] = None,
+    corner_ratio: float = 10.0, separation: float = 3.0, crossover: Annotated[Quantity | None, "frequency"] = None,
+    K_p: Annotated[Quantity | None, "velocity gain"] = None, K_i: Annotated[Quantity | None, "position gain"] = None,
+    K_v: Annotated[Quantity | None, "rate"] = None, view: Literal["bode", "nyquist", "nichols"] = "bode",
+) -> ControllerResult:  # fmt: skip
     """Design the cascade P/PI of an axis by gain and phase margin of its sampled loops.
 
     The velocity loop's crossover is the highest at which it has both margins; the corner of its PI is 1/10 of it, and
@@ -255,20 +247,13 @@ def _reach(q: QFilter | None, *, assumed: bool = False) -> dict[str, Estimate]:
 
 @verb
 def design_observer(
-    plant: PlantLike,
-    log: LogLike | None = None,
-    *,
-    filter: Filter = "binomial2",
-    controller: ControllerLike | None = None,
-    cutoff: Annotated[Quantity | None, "frequency"] = None,
-    bandwidth: Annotated[Quantity | None, "frequency"] = None,
-    peak_sensitivity: Annotated[Quantity, "gain"] = "6 dB",
+    plant: PlantLike, log: LogLike | None = None, *, filter: Filter = "binomial2",
+    controller: ControllerLike | None = None, cutoff: Annotated[Quantity | None, "frequency"] = None,
+    bandwidth: Annotated[Quantity | None, "frequency"] = None, peak_sensitivity: Annotated[Quantity, "gain"] = "6 dB",
     resonances: Annotated[Iterable["str | StructuralMode"], Kind(list[str], "FREQUENCY,DAMPING[,SHARE]")] = (),
-    first_mode: Annotated[Quantity | None, "frequency"] = None,
-    record: RecordName | None = None,
-    averages: Count = 1,
+    first_mode: Annotated[Quantity | None, "frequency"] = None, record: RecordName | None = None, averages: Count = 1,
     view: Literal["q", "bode", "nyquist", "nichols"] = "q",
-) -> ObserverResult:
+) -> ObserverResult:  # fmt: skip
     """Design the disturbance observer of an axis: the largest bandwidth of its filter Q.
 
     There are two limits: |T·Delta| ≤ 1 at every frequency (eq. (8)), with the confidence of the response, and the peak
@@ -427,16 +412,10 @@ class BlockResult(Design, schema=BlockDocument, of="content"):
 
 @verb
 def design_block(
-    name: Annotated[str, Kind(metavar="NAME", complete="fric.control:blocks")],
-    plant: PlantLike,
-    log: LogLike | None = None,
-    *,
-    friction: FrictionLike | None = None,
-    controller: ControllerLike | None = None,
-    peak_sensitivity: Annotated[Quantity, "gain"] = "6 dB",
-    record: RecordName | None = None,
-    joint: bool = False,
-) -> BlockResult:
+    name: Annotated[str, Kind(metavar="NAME", complete="fric.control:blocks")], plant: PlantLike,
+    log: LogLike | None = None, *, friction: FrictionLike | None = None, controller: ControllerLike | None = None,
+    peak_sensitivity: Annotated[Quantity, "gain"] = "6 dB", record: RecordName | None = None, joint: bool = False,
+) -> BlockResult:  # fmt: skip
     """Design a control block of an axis from its plant, its friction and a measured response.
 
     A block that feeds back is made as fast as the peak sensitivity of the whole loop allows, with the measured

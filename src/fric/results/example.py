@@ -33,8 +33,7 @@ class FormatsResult(Result, schema=FormatsDocument):
 @verb
 def formats() -> FormatsResult:
     """Return the formats of logs that `ingest` reads, and which of their libraries are installed."""
-    of = readers.formats()
-    rows = ((f.name, f.endings, f.module.partition(".")[0], readers.installed(f), f.extra) for f in of)
+    rows = ((f.name, f.endings, f.module.partition(".")[0], readers.installed(f), f.extra) for f in readers.formats())
     return FormatsResult(tuple(rows))
 
 
@@ -57,11 +56,9 @@ class ExampleResult(Result, schema=ExampleDocument):
 
 @verb
 def example(
-    name: Annotated[str, Kind(metavar="NAME", complete="examples")] = "rig",
-    *,
-    output: Annotated[Path | str, Kind(metavar="DIR")],
-    force: bool = False,
-) -> ExampleResult:
+    name: Annotated[str, Kind(metavar="NAME", complete="examples")] = "rig", *,
+    output: Annotated[Path | str, Kind(metavar="DIR")], force: bool = False,
+) -> ExampleResult:  # fmt: skip
     """Copy an example: logs, mapping and machine of the virtual rig, or a machine, mapping or schemes by name.
 
     name: rig: logs, mapping, machine; or xy-table, … The name of a bundled machine, mapping, schemes or spread file.

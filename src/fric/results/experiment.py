@@ -22,22 +22,14 @@ from fric.verb import Kind, verb
 def experiment(
     machine: MachineLike,
     kind: Annotated[str | None, Kind(metavar="KIND", complete="fric.simulate.experiment:EXPERIMENTS")] = None,
-    axis: AxisName = "x",
-    *,
-    plan: PlanLike | None = None,
-    seed: Seed = 0,
-    samples: Annotated[int | None, Kind(least=100, most=10**9)] = None,
-    speeds: Quantities | None = None,
-    amplitudes: Quantities | None = None,
-    frequency: Annotated[Quantity | None, "frequency"] = None,
-    step: Annotated[Quantity | None, "position"] = None,
-    steps: Annotated[int | None, Kind(least=3, most=1000)] = None,
-    mean: Annotated[Quantity | None, "velocity"] = None,
-    peaks: Quantities | None = None,
-    encoder: Annotated[Quantity | None, "position"] = None,
-    noise: Annotated[Quantity | None, "force"] = None,
+    axis: AxisName = "x", *, plan: PlanLike | None = None, seed: Seed = 0,
+    samples: Annotated[int | None, Kind(least=100, most=10**9)] = None, speeds: Quantities | None = None,
+    amplitudes: Quantities | None = None, frequency: Annotated[Quantity | None, "frequency"] = None,
+    step: Annotated[Quantity | None, "position"] = None, steps: Annotated[int | None, Kind(least=3, most=1000)] = None,
+    mean: Annotated[Quantity | None, "velocity"] = None, peaks: Quantities | None = None,
+    encoder: Annotated[Quantity | None, "position"] = None, noise: Annotated[Quantity | None, "force"] = None,
     advance: Advance = silent,
-) -> Records:
+) -> Records:  # fmt: skip
     """Run an identification experiment on a virtual axis, logged as by a real drive.
 
     kind: constant-velocity, presliding-sine, micro-steps, sliding-sine, frequency-response, or all. Left out with a

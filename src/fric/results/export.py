@@ -158,23 +158,13 @@ class ExportResult(Result):
 
 @verb
 def export_axis(
-    target: Annotated[str, Kind(metavar="TARGET", complete="fric.export:targets")],
-    machine: MachineLike,
-    *,
-    axis: AxisName,
-    scheme: SchemesLike | None = None,
-    part: Literal["compensation", "machine"] = "compensation",
-    single: bool = False,
-    nominal_files: Annotated[Sequence[str], Kind(list[str], "AXIS=FILE.yaml")] = (),
-    gain: float | None = None,
-    lead: Annotated[Quantity | None, "time"] = None,
-    known: KnownSchemes | None = None,
-    circles: CircleFiles = (),
-    drawn: Annotated[Sequence[Path | str], Kind(list[Path], "RUN.h5")] = (),
-    trial: Path | str | None = None,
-    force: bool = False,
-    advance: Advance = silent,
-) -> ExportResult:
+    target: Annotated[str, Kind(metavar="TARGET", complete="fric.export:targets")], machine: MachineLike, *,
+    axis: AxisName, scheme: SchemesLike | None = None, part: Literal["compensation", "machine"] = "compensation",
+    single: bool = False, nominal_files: Annotated[Sequence[str], Kind(list[str], "AXIS=FILE.yaml")] = (),
+    gain: float | None = None, lead: Annotated[Quantity | None, "time"] = None, known: KnownSchemes | None = None,
+    circles: CircleFiles = (), drawn: Annotated[Sequence[Path | str], Kind(list[Path], "RUN.h5")] = (),
+    trial: Path | str | None = None, force: bool = False, advance: Advance = silent,
+) -> ExportResult:  # fmt: skip
     """Write code for a controller: friction feedforward and observers, with a manifest of its contents.
 
     A folder of `fric auto` in place of a machine gives its machine, its run, and the circles of that run.

@@ -184,23 +184,16 @@ class PlantResult(Identified, tree=plant_tree):
 
 @verb
 def identify_plant(
-    *logs: LogLike,
-    method: Literal["auto", "response", "motion"] = "auto",
+    *logs: LogLike, method: Literal["auto", "response", "motion"] = "auto",
     force_constant: Annotated[Quantity | None, "force per input"] = None,
-    mass: Annotated[Quantity | None, "mass"] = None,
-    coherence: Annotated[float, Kind(least=0, most=1)] = 0.5,
-    lowest: Annotated[Quantity | None, "frequency"] = None,
-    highest: Annotated[Quantity | None, "frequency"] = None,
-    period: Annotated[Quantity | None, "time"] = None,
-    segment: Annotated[Quantity | None, "time"] = None,
-    hold: Annotated[Quantity, Kind(metavar="RATE|auto|none")] = "auto",
-    direction: Literal["both", "each"] = "both",
-    delay: Annotated[Quantity | None, "time"] = None,
-    cutoff: Annotated[Quantity | None, "frequency"] = None,
-    decimation: Count | None = None,
-    border: Annotated[int | None, Kind(least=0, most=10**9)] = None,
+    mass: Annotated[Quantity | None, "mass"] = None, coherence: Annotated[float, Kind(least=0, most=1)] = 0.5,
+    lowest: Annotated[Quantity | None, "frequency"] = None, highest: Annotated[Quantity | None, "frequency"] = None,
+    period: Annotated[Quantity | None, "time"] = None, segment: Annotated[Quantity | None, "time"] = None,
+    hold: Annotated[Quantity, Kind(metavar="RATE|auto|none")] = "auto", direction: Literal["both", "each"] = "both",
+    delay: Annotated[Quantity | None, "time"] = None, cutoff: Annotated[Quantity | None, "frequency"] = None,
+    decimation: Count | None = None, border: Annotated[int | None, Kind(least=0, most=10**9)] = None,
     encoder: EncoderName = "motor",
-) -> PlantResult:
+) -> PlantResult:  # fmt: skip
     """Identify the plant A, B, T_d (eq. 1) and K_f, from frequency responses or from an ordinary motion.
 
     method: Use frequency responses, or a motion. ``auto`` uses responses if there are any.
@@ -297,13 +290,11 @@ class GainsResult(Identified):
 
 @verb
 def identify_controller(
-    *records: Annotated[LogLike | CircleLike, Kind(Path, "FILE")],
-    axis: AxisName = "x",
-    scheme: SchemeName | None = None,
-    position_gain: Annotated[Quantity | None, "rate"] = None,
+    *records: Annotated[LogLike | CircleLike, Kind(Path, "FILE")], axis: AxisName = "x",
+    scheme: SchemeName | None = None, position_gain: Annotated[Quantity | None, "rate"] = None,
     motion: Annotated[Motion, Kind(metavar="linear|rotary[/UNIT]")] = "linear",
     sampling: Annotated[Quantity | None, "frequency"] = None,
-) -> GainsResult:
+) -> GainsResult:  # fmt: skip
     """Identify the gains of an axis' controller from a circle, or a log in closed loop.
 
     It needs reference, position and voltage. Of circles the first is used, of logs the one that determines the gains
@@ -393,17 +384,13 @@ class StaticResult(IdentifiedFriction, tree=static_tree):
 
 @verb
 def identify_static(
-    *logs: LogLike,
-    plant: PlantLike | None = None,
+    *logs: LogLike, plant: PlantLike | None = None,
     delta: Annotated[float | str, Kind(metavar="VALUE|free|auto")] = "auto",
-    direction: Literal["auto", "both", "each"] = "auto",
-    over_position: Literal["auto", "off", "on"] = "auto",
-    weights: Literal["error", "equal"] = "error",
-    average: Literal["robust", "median"] = "robust",
-    form: Literal["auto", "coulomb", "stribeck"] = "auto",
-    load: Annotated[Quantity | None, "force"] = None,
+    direction: Literal["auto", "both", "each"] = "auto", over_position: Literal["auto", "off", "on"] = "auto",
+    weights: Literal["error", "equal"] = "error", average: Literal["robust", "median"] = "robust",
+    form: Literal["auto", "coulomb", "stribeck"] = "auto", load: Annotated[Quantity | None, "force"] = None,
     encoder: EncoderName = "motor",
-) -> StaticResult:
+) -> StaticResult:  # fmt: skip
     """Identify the static friction map F_c, F_s, v_s, delta, sigma (eq. 2) from constant-velocity strokes.
 
     logs: Log files of one axis. Or records: strokes, one or many a record, and tables of mean forces at velocities.
@@ -496,15 +483,12 @@ def _replayed(record: Replay, force: str) -> str:
 
 @verb
 def identify_gms(
-    *logs: LogLike,
-    static: FrictionLike | None = None,
+    *logs: LogLike, static: FrictionLike | None = None,
     blocks: Annotated[int | str, Kind(metavar="N|auto|auto:N")] = "auto",
     knots: Annotated[Sequence[float] | str, Kind(str, "LIST|auto"), "small length"] = "auto",
-    cycles: Annotated[tuple[int, int] | str | None, Kind(str, "FIRST:LAST")] = None,
-    refine: bool = True,
-    plant: PlantLike | None = None,
-    encoder: EncoderName = "motor",
-) -> GMSResult:
+    cycles: Annotated[tuple[int, int] | str | None, Kind(str, "FIRST:LAST")] = None, refine: bool = True,
+    plant: PlantLike | None = None, encoder: EncoderName = "motor",
+) -> GMSResult:  # fmt: skip
     """Identify alpha, k and C of the GMS model (eqs. 3 to 6) from pre-sliding cycles, and C from sliding.
 
     logs: Log files of one axis. Records of kind ``presliding-sine`` and, for C, ``sliding-sine``.
@@ -588,15 +572,10 @@ class ModelResult(IdentifiedModel, tree=replay_tree):
 @verb
 def identify_model(
     model: Annotated[str, Kind(metavar="NAME", complete="fric.identify.replay.replay_fit:fitted_models")],
-    *logs: LogLike,
-    static: FrictionLike | None = None,
-    plant: PlantLike | None = None,
-    blocks: Blocks = 4,
+    *logs: LogLike, static: FrictionLike | None = None, plant: PlantLike | None = None, blocks: Blocks = 4,
     fix: Annotated[Iterable[str] | Mapping[str, float | str], Kind(list[str], "NAME=VALUE")] = (),
-    free: Annotated[Sequence[str], Kind(list[str], "NAME")] = (),
-    seed: Seed = 0,
-    encoder: EncoderName = "motor",
-) -> ModelResult:
+    free: Annotated[Sequence[str], Kind(list[str], "NAME")] = (), seed: Seed = 0, encoder: EncoderName = "motor",
+) -> ModelResult:  # fmt: skip
     """Fit any friction model to any records by replay along the measured motion.
 
     model: Name of the model: lugre, dahl, gms, ….

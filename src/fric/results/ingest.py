@@ -50,21 +50,13 @@ class CirclesResult(Result, schema=IngestCirclesDocument, of="done"):
 
 @verb
 def ingest_circles(
-    *files: Annotated[Path | str, Kind(metavar="FILE")],
-    output: Annotated[Path | str, Kind(metavar="LOG.h5")],
-    mapping: MappingLike | None = None,
-    radius: Annotated[Quantity | None, "position"] = None,
-    feed: Annotated[Quantity | None, "velocity"] = None,
-    sampling: Annotated[Quantity | None, "frequency"] = None,
-    instrument: Literal["encoders", "grid", "ball-bar"] | None = None,
-    scheme: SchemeName | None = None,
-    clockwise: bool | None = None,
-    append: bool = False,
-    bad_cells: Literal["error", "drop"] = "error",
-    assume: bool = False,
-    force: bool = False,
-    advance: Advance = silent,
-) -> CirclesResult:
+    *files: Annotated[Path | str, Kind(metavar="FILE")], output: Annotated[Path | str, Kind(metavar="LOG.h5")],
+    mapping: MappingLike | None = None, radius: Annotated[Quantity | None, "position"] = None,
+    feed: Annotated[Quantity | None, "velocity"] = None, sampling: Annotated[Quantity | None, "frequency"] = None,
+    instrument: Literal["encoders", "grid", "ball-bar"] | None = None, scheme: SchemeName | None = None,
+    clockwise: bool | None = None, append: bool = False, bad_cells: Literal["error", "drop"] = "error",
+    assume: bool = False, force: bool = False, advance: Advance = silent,
+) -> CirclesResult:  # fmt: skip
     """Read traces of circle tests, or a ball bar's angle and radial deviation, into a circle test file.
 
     files: Text (also ``.gz``, also LinuxCNC's sampler), MATLAB ``.mat`` or Parquet files. A trace may hold several
@@ -141,22 +133,14 @@ class IngestResult(Result, schema=IngestDocument, of="done"):
 
 @verb
 def ingest(
-    *files: Annotated[Path | str, Kind(metavar="FILE")],
-    output: Annotated[Path | str, Kind(metavar="LOG.h5")],
-    mapping: MappingLike | None = None,
-    kind: RecordKind | None = None,
+    *files: Annotated[Path | str, Kind(metavar="FILE")], output: Annotated[Path | str, Kind(metavar="LOG.h5")],
+    mapping: MappingLike | None = None, kind: RecordKind | None = None,
     axis: Annotated[str | None, Kind(metavar="NAME")] = None,
-    motion: Annotated[Motion | None, Kind(metavar="linear|rotary[/UNIT]")] = None,
-    append: bool = False,
-    bad_cells: Literal["error", "drop"] = "error",
-    begin: Annotated[Quantity | None, "time"] = None,
-    end: Annotated[Quantity | None, "time"] = None,
-    join: bool = False,
-    assume: bool = False,
-    ask: Ask | None = None,
-    force: bool = False,
-    advance: Advance = silent,
-) -> IngestResult:
+    motion: Annotated[Motion | None, Kind(metavar="linear|rotary[/UNIT]")] = None, append: bool = False,
+    bad_cells: Literal["error", "drop"] = "error", begin: Annotated[Quantity | None, "time"] = None,
+    end: Annotated[Quantity | None, "time"] = None, join: bool = False, assume: bool = False, ask: Ask | None = None,
+    force: bool = False, advance: Advance = silent,
+) -> IngestResult:  # fmt: skip
     """Read logs of a drive into a log file, each as a record in SI units.
 
     files: Logs: text (also .gz), .mat, .mf4, …; `fric ingest --list` shows the formats. fric's log files are read, too.

@@ -149,22 +149,14 @@ def settings_in_words(record: Planned, motion: Any) -> str:
 
 @verb
 def plan(
-    *,
-    stroke: Annotated[Quantity, "position"],
-    feed: Annotated[Quantity, "velocity"],
-    acceleration: Annotated[Quantity, "acceleration"] = "5 m/s^2",
-    friction: FrictionLike | None = None,
-    plant: PlantLike | None = None,
-    machine: MachineLike | None = None,
-    axis: AxisName = "x",
+    *, stroke: Annotated[Quantity, "position"], feed: Annotated[Quantity, "velocity"],
+    acceleration: Annotated[Quantity, "acceleration"] = "5 m/s^2", friction: FrictionLike | None = None,
+    plant: PlantLike | None = None, machine: MachineLike | None = None, axis: AxisName = "x",
     accuracy: Annotated[Mapping[str, Quantity] | Sequence[str], Kind(list[str], "F_s=2%")] = (),
-    noise: Annotated[Quantity | None, "force"] = None,
-    encoder: Annotated[Quantity | None, "position"] = None,
-    like: LogLike | None = None,
-    micro_steps: bool = False,
-    draws: Annotated[int | None, Kind(least=1, most=1000)] = None,
-    advance: Advance = silent,
-) -> PlanResult:
+    noise: Annotated[Quantity | None, "force"] = None, encoder: Annotated[Quantity | None, "position"] = None,
+    like: LogLike | None = None, micro_steps: bool = False,
+    draws: Annotated[int | None, Kind(least=1, most=1000)] = None, advance: Advance = silent,
+) -> PlanResult:  # fmt: skip
     """Plan the records that identify an axis, with the intervals to expect; or the most useful further record.
 
     The latter is `plan_next`. All motions stay within stroke, feed and acceleration.
@@ -248,18 +240,11 @@ def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) ->
 
 @verb
 def plan_next(
-    last: FrictionLike,
-    *,
-    stroke: Annotated[Quantity, "position"] = "300 mm",
-    feed: Annotated[Quantity, "velocity"] = "100 mm/s",
-    acceleration: Annotated[Quantity, "acceleration"] = "5 m/s^2",
-    machine: MachineLike | None = None,
-    scheme: SchemesLike = "c",
-    noise: Annotated[Quantity | None, "force"] = None,
-    encoder: Annotated[Quantity | None, "position"] = None,
-    like: LogLike | None = None,
-    advance: Advance = silent,
-) -> NextRecordResult:
+    last: FrictionLike, *, stroke: Annotated[Quantity, "position"] = "300 mm",
+    feed: Annotated[Quantity, "velocity"] = "100 mm/s", acceleration: Annotated[Quantity, "acceleration"] = "5 m/s^2",
+    machine: MachineLike | None = None, scheme: SchemesLike = "c", noise: Annotated[Quantity | None, "force"] = None,
+    encoder: Annotated[Quantity | None, "position"] = None, like: LogLike | None = None, advance: Advance = silent,
+) -> NextRecordResult:  # fmt: skip
     """Find the further record that would narrow the predicted glitch of an axis most.
 
     last: The last result, to find the further record that narrows the predicted glitch most. A friction file with a GMS

@@ -161,25 +161,15 @@ def _row(run: ContourRun[Any, Any], runs: Sequence[ContourRun[Any, Any]], *glitc
 
 @verb
 def circle(
-    machine: MachineLike,
-    schemes: SchemesLike = "all",
-    *,
-    velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
-    radius: Annotated[Quantity, "position"] = "30 mm",
-    revolutions: Count = 2,
-    clockwise: bool = False,
-    axis: AxisName | None = None,
-    known: KnownSchemes | None = None,
+    machine: MachineLike, schemes: SchemesLike = "all", *, velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
+    radius: Annotated[Quantity, "position"] = "30 mm", revolutions: Count = 2, clockwise: bool = False,
+    axis: AxisName | None = None, known: KnownSchemes | None = None,
     machines: Annotated[int | None, Kind(metavar="N", least=1, most=100_000)] = None,
     spread: Annotated["Mapping[str, Spread] | Path | str | None", Kind(Path, "SPREAD.yaml")] = None,
-    measured: CirclesLike = (),
-    seed: Seed = 0,
-    accuracy: Annotated[Quantity, "position"] = "0.005 um",
-    workers: Workers | None = None,
-    scheduler: Address | None = None,
-    advance: Advance = silent,
+    measured: CirclesLike = (), seed: Seed = 0, accuracy: Annotated[Quantity, "position"] = "0.005 um",
+    workers: Workers | None = None, scheduler: Address | None = None, advance: Advance = silent,
     interrupted: Callable[[], bool] = lambda: False,
-) -> CircleResult:
+) -> CircleResult:  # fmt: skip
     """Run a circular test under compensation schemes: the quadrant glitches that each leaves.
 
     machine: A machine file, or a bundled machine such as xy-table. A `Machine` is taken, too; or the result of
@@ -302,19 +292,12 @@ def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, 
 
 @verb
 def circle_map(
-    machine: MachineLike,
-    schemes: SchemesLike = "a,b,c,f",
-    *,
-    feeds: Quantities = "5 … 200 mm/s",
-    radii: Quantities = "5 … 100 mm",
-    points: Annotated[int, Kind(least=2, most=100)] = POINTS,
-    known: KnownSchemes | None = None,
-    accuracy: Annotated[Quantity, "position"] = "0.005 um",
-    workers: Workers | None = None,
-    scheduler: Address | None = None,
-    advance: Advance = silent,
+    machine: MachineLike, schemes: SchemesLike = "a,b,c,f", *, feeds: Quantities = "5 … 200 mm/s",
+    radii: Quantities = "5 … 100 mm", points: Annotated[int, Kind(least=2, most=100)] = POINTS,
+    known: KnownSchemes | None = None, accuracy: Annotated[Quantity, "position"] = "0.005 um",
+    workers: Workers | None = None, scheduler: Address | None = None, advance: Advance = silent,
     interrupted: Callable[[], bool] = lambda: False,
-) -> CircleMapResult:
+) -> CircleMapResult:  # fmt: skip
     """Run circles of many feeds and radii: where GMS beats the static map, and where the observer makes it worse.
 
     feeds: A range, or feeds with commas. As "5, 10, 50 mm/s", or numbers [m/s].
@@ -386,14 +369,10 @@ class PathResult(Result, schema=PathResultDocument):
 
 @verb
 def path(
-    machine: MachineLike,
-    points: Annotated["PointPath | RecordedPath | Path | str", Kind(Path, "PATH.csv")],
-    schemes: SchemesLike = "all",
-    *,
-    velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
-    known: KnownSchemes | None = None,
-    advance: Advance = silent,
-) -> PathResult:
+    machine: MachineLike, points: Annotated["PointPath | RecordedPath | Path | str", Kind(Path, "PATH.csv")],
+    schemes: SchemesLike = "all", *, velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
+    known: KnownSchemes | None = None, advance: Advance = silent,
+) -> PathResult:  # fmt: skip
     """Follow a contour given by points under compensation schemes: the glitch at each reversal of an axis.
 
     points: Points of the path, headed 'x [mm], y [mm]'; or a recorded reference, with a column 'time [s]' too, or in a
