@@ -135,17 +135,14 @@ COMMANDS: dict[str, Home] = {
     "plan": Command(
         "fric.results.plan:plan",
         Output("DIR", "Folder for the plan and its programs.", required=False, writes="", holds="plan.yaml"),
-        plot=True, plausible=False, doing="expected intervals", places=["last"],
-        optional=["last", "stroke", "feed"], without=["draws"],
-        further={"fric.results.plan:plan_next": ("last", "scheme")}, run="fric.cli.special:plan",
+        plot=True, plausible=False, doing="expected intervals", places=["last"], optional=["last", "stroke", "feed"],
+        without=["draws"], further={"fric.results.plan:plan_next": ("last", "scheme")}, run="fric.cli.special:plan",
     ),
     "compare": Command(
         "fric.results.compare:compare", plot=True, doing="fitting",
         helps={"models": f"Models to compare, of {', '.join(MODELS)}."},
     ),
-    "diagnose": Command(
-        "fric.results.circles:diagnose", plot=True, doing="predicting", flags={"known": "--schemes"},
-    ),
+    "diagnose": Command("fric.results.circles:diagnose", plot=True, doing="predicting", flags={"known": "--schemes"}),
     "tune": Command(
         "fric.results.circles:tune", Output("DIR", "Folder for what is written.", writes="", holds="machine.yaml"),
         doing="tuning", run="fric.cli.special:tune",

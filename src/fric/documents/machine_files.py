@@ -203,15 +203,13 @@ def _axis(name: str, part: AxisPart) -> Axis:
     with found_in(f"axis {name}"):
         cascade = part.controller.in_si(motion)
         plant = _after_its_hold(part.plant, motion, cascade.sampling)
-        nominal_friction = part.feedforward.friction or part.friction
+        believed = part.feedforward.friction or part.friction
         gain = part.feedforward.values(motion).get("gain", 1.0)
         nominal = _after_its_hold(part.nominal, motion, cascade.sampling) if part.nominal else None
         G_n, friction = nominal or plant, true_friction(part.friction)
         return Axis(
             name=name, motion=motion, plant=plant, cascade=cascade, friction=friction, load=part.friction.load(),
-            nominal_friction=NominalFriction(
-                nominal_models(nominal_friction), gain, lead_of(part.feedforward.lead) or 0.0
-            ),
+            nominal_friction=NominalFriction(nominal_models(believed), gain, lead_of(part.feedforward.lead) or 0.0),
             nominal=nominal, observer=part.observer.observer(motion, G_n.A, G_n.B) if part.observer else None,
             encoder=Encoder(part.encoder.values(motion)["resolution"] if part.encoder else 0.0),
             force_noise=part.noise.values(motion)["force"] if part.noise else 0.0,
@@ -620,10 +618,8 @@ def read_identified(
     """
     nominal_files = tuple(nominal_files)
     machine = read_machine(path, nominal_files=nominal_files, gain=gain, lead=lead, friction_model=friction_model)
-    intervals: dict[str, Intervals] = {}
-    covariances: dict[str, Sequence[Covariance]] = {}
-    beyond: dict[str, Mapping[str, Spread]] = {}
-    widened: dict[str, tuple[Notice, ...]] = {}
+    intervals, covariances = dict[str, Intervals](), dict[str, Sequence[Covariance]]()
+    beyond, widened = dict[str, Mapping[str, Spread]](), dict[str, tuple[Notice, ...]]()
     axes, warnings, gains = dict(machine.axes), [], {}
     for name, part in read_machine_document(path, nominal_files).axes.items():
         kept: Any = part.controller

@@ -115,8 +115,7 @@ def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
     """Return the axis with the force noise and the encoder of a log. While the encoder does not change, white noise of
     the force is the log's, as the loop adds none: ``var(ΔΔF) = 6·σ²``. A log without rests is used as a whole.
     """
-    second: list[Real] = []
-    whole: list[Real] = []
+    second, whole = list[Real](), list[Real]()
     for record in (record for record in logs if record.force is not None):
         white = np.diff(record.require("force", "its noise"), 2)
         whole.append(white)
@@ -647,8 +646,7 @@ def expected(
     blocks: int | None = None
     found: list[dict[str, tuple[float, float, str]]] = []
     reasons: dict[tuple[bool, int], Notice] = {}  # Why an identification ended, by how far it came
-    documents: list[FrictionDocument] = []
-    plants: list[PlantDocument] = []
+    documents, plants = list[FrictionDocument](), list[PlantDocument]()
     earlier = {} if earlier is None else earlier
     for seed in range(1, draws + 1):
         if seed not in earlier:

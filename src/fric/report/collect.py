@@ -310,13 +310,9 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
     their data. Of two files on the same subject, the later is reported, and the earlier is compared with it. Measured
     circles are compared with the machine file, or that of the runs.
     """
-    items: list[Item] = []
-    tests: list[ContourTest] = []
-    records: list[Record] = []
-    logs: list[tuple[str, str]] = []
-    measured = list(circles)
-    maps: list[tuple[str, CircleMapDocument]] = []
-    machine = ""
+    items, tests, records = list[Item](), list[ContourTest](), list[Record]()
+    logs, maps = list[tuple[str, str]](), list[tuple[str, CircleMapDocument]]()
+    measured, machine = list(circles), ""
     for path in (given if given.suffix else located(given, "machine") for given in map(Path, paths)):
         found = recognise(path)
         if (kind := found.partition("/")[0]) in KINDS:

@@ -242,9 +242,7 @@ class Study:
         """Run all schemes on machine number ``index``; a scheme that cannot run has no glitch, but a reason."""
         count = len(self.schemes)
         quadrants, swings, saturated = np.full((count, 4), np.nan), np.full(count, np.nan), np.zeros(count, bool)
-        failures: dict[str, str] = {}
-        drawn: dict[str, float] = {}
-        machine = None
+        failures, drawn, machine = dict[str, str](), dict[str, float](), None
         for n, scheme in enumerate(self.schemes):
             try:
                 if machine is None:

@@ -75,8 +75,7 @@ def friction_intervals(
     model: FrictionModel, sections: Mapping[str, Mapping[str, Estimate]]
 ) -> tuple[dict[str, tuple[float, float]], list[str]]:
     """Return the intervals of a friction model's parameters, and the names of those that cannot be drawn from."""
-    found: dict[str, tuple[float, float]] = {}
-    refused: list[str] = []
+    found, refused = dict[str, tuple[float, float]](), list[str]()
     law = model.model if isinstance(model, Directed) else model
     parts = (("", law), ("", getattr(law, "static", None)), ("negative.", getattr(model, "negative", None)))
     for prefix, part in parts:
@@ -253,8 +252,7 @@ def draw_machine(
     Returns the machine; and by ``AXIS.NAME`` the factor of each spread, or the value [SI] drawn from an interval.
     """
     spreads = DEFAULT_SPREADS if spreads is None else spreads
-    axes: dict[str, Axis] = {}
-    drawn: dict[str, float] = {}
+    axes, drawn = dict[str, Axis](), dict[str, float]()
     for name, axis in machine.axes.items():
         known = (intervals or {}).get(name, {}), (covariances or {}).get(name, ()), (discrepancies or {}).get(name, {})
         draws = _Draws(seed, index, axis.name, spreads, *known)
