@@ -907,6 +907,16 @@ def test_a_line_that_ends_where_the_log_stopped_is_left_out(
     assert [notice.code for notice in result.warnings if notice.code == "line-cut"] == ["line-cut"] * (rows == 30)
 
 
+@pytest.mark.parametrize("end", ["End of record   30 samples   max 0.345\n", "Rows: 30", "done\n", "0.03 3.0 x\n"])
+def test_a_line_of_words_behind_the_samples_is_none(tmp_path: Path, end: str) -> None:
+    """Where it had numbers, too, "no log here can be used: has more cells than the 4 of the header"."""
+    rows = [f"{0.001 * n:.4f}  {0.1 * n:.3f}  100.0  5.0" for n in range(30)]
+    path = tmp_path / "a.txt"
+    path.write_text("\n".join(["time pos speed current", "[s] [mm] [mm/s] [A]", *rows, end]))
+    blocks = list(next(tables(path)).read(range(4)))
+    assert sum(len(block.columns[0]) for block in blocks) == 30 + (end[0] == "0")  # a sample that is bad is one
+
+
 def test_why_a_log_with_a_bad_cell_is_left_out_names_its_line_and_the_remedy(tmp_path: Path) -> None:
     """`auto` said "the cell is empty", and to name columns in a mapping."""
     rows = [f"{0.001 * n:.3f},{0.1 * n:.3f},{5.0 if n != 17 else ''}" for n in range(30)]

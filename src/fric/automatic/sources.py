@@ -202,7 +202,7 @@ def _say(found: Sources) -> None:
             found.description.append(FOLDERS_TOGETHER.found(axis=axis, folders=[folder.name for folder in folders]))
     for why, files in found.refused.items():
         propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
-        propose = propose if "column" in why else ""
+        propose = propose if "column" in why or "by these signs" in why else ""
         found.description.append(FILE_LEFT_OUT.found(first_of(files), why=why, propose=propose))
     for name, files in found.beside.items():
         found.description.append(MAPPING_BESIDE.found(first_of(files), mapping=name))

@@ -383,6 +383,7 @@ MOST_STATES = 64  # Words of a column of states at most: others are no state
 
 _REMARK = re.compile(rb"(?m)^#.*\n?")  # A line between rows that is none
 _WORDS = re.compile(rb"(?im)^(?=[^\d\n]*(?:\n|\Z))(?!.*(?:nan|inf))(?=.*[a-z]).*\n?")  # Another, as ``done`` at the end
+_TRAILER = re.compile(rb"(?i)\s*(?!nan|inf)[a-z]{2}")  # ``End of record   8800 samples``
 _DATE = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d")
 _STAMP = re.compile(rf"{_DATE.pattern}|\d+:\d\d|\d+(\.\d+)?\s*(s|sec|ms|us|min|hr)\Z")
 _QUANTITY = re.compile(r"[+-]?[\d.,]*\d(?:[eE][+-]?\d+)?\s*((?:1/)?[^\W\d_]\S*|[%°‰]\S*)")
@@ -645,7 +646,7 @@ class TextTable(ForeignTable):
                 read_so_far = 0
                 while read := file.read(PIECE):
                     content = read.encode() if wide else read
-                    end = content.rfind(b"\n") + 1
+                    end = content.rfind(b"\n", 0, -1) + 1  # the last line may be none
                     read_so_far += len(content)
                     self._refuse_bomb(read_so_far, len(content) if end else len(last) + len(content))
                     if end:
@@ -655,9 +656,10 @@ class TextTable(ForeignTable):
             raise FricError(f"is damaged: {error}", where=str(self.path), hint="Copy the file again.") from None
         cells = last.split() if self.shape.delimiter == "whitespace" else last.split(self.shape.delimiter.encode())
         # a line without an end and with fewer cells: there the log stopped
-        if last.strip() and not last.startswith(b"#") and len(cells) < len(self.columns) and b"\r" not in last:
+        cut = last.strip() and not last.startswith(b"#") and len(cells) < len(self.columns) and b"\r" not in last
+        if cut and not last.endswith(b"\n"):
             self.notices = [LINE_CUT.found(str(self.path))]
-        elif last:
+        elif last and not (_TRAILER.match(last) and len(cells) != len(self.columns)):
             yield last
 
     def _refuse_bomb(self, unpacked: int, pending: int) -> None:
