@@ -241,7 +241,7 @@ def rests_on(noise: float, ratio: float, seed: int) -> tuple[fric.Log, tuple[flo
     return fric.Log(t, position=z, reference=r, input=u, kind="motion"), (K_v, K_p, K_i)
 
 
-@pytest.mark.parametrize("ratio", [1.0, 1.05, 1.6])
+@pytest.mark.parametrize("ratio", [1.0, pytest.param(1.05, marks=pytest.mark.long(1)), 1.6])
 @pytest.mark.parametrize("noise", [0.0003, 0.003])
 def test_gains_that_are_alike_have_intervals_that_are_bounded_and_hold_them(noise: float, ratio: float) -> None:
     """K_v of 60 on a circle was 60.65 (0 … open): where both rates are alike, no gradient shows their error.

@@ -207,18 +207,27 @@ def test_what_the_data_cannot_tell_is_refused_or_told() -> None:
     assert fit.plant["T_d"].assumed
 
 
-def test_a_way_forth_with_an_overshoot_does_not_tell_coulomb_friction_from_the_offset() -> None:
-    """Of a sine on a steady speed, whose ends overshot, F_c was 349 (171 … 527) for 700."""
+def way_forth() -> Log:
+    """Return a sine on a steady speed, whose end overshoots."""
     t = np.arange(8000) / 1000.0
     v = 0.02 * np.clip(np.minimum(t - 0.5, 7.0 - t) / 0.2, 0.0, 1.0) * (1.0 + 0.3 * np.sin(40.0 * t))
     v -= 2e-3 * np.exp(-(((t - 7.1) / 0.03) ** 2))  # the overshoot
     a = np.gradient(v, t)
     noise = np.random.default_rng(0).normal(0.0, 0.5, len(t))
     force = M * a + F_V * v + F_C * np.tanh(v / 1e-4) + OFFSET + noise
-    log = Log(t, position=np.cumsum(v) / 1000.0, force=force, kind="motion")
+    return Log(t, position=np.cumsum(v) / 1000.0, force=force, kind="motion")
+
+
+def test_a_way_forth_with_an_overshoot_does_not_tell_coulomb_friction_from_the_offset() -> None:
+    """F_c was 349 (171 … 527) for 700."""
     with pytest.raises(FricError, match="does not separate"):
-        fric.identify_plant(log, method="motion")
-    back = Log(t, position=-np.asarray(log.position), force=2.0 * OFFSET - force, kind="motion")
+        fric.identify_plant(way_forth(), method="motion")
+
+
+@pytest.mark.long(10)
+def test_a_way_forth_and_a_way_back_tell_coulomb_friction() -> None:
+    log = way_forth()
+    back = replace(log, position=-np.asarray(log.position), force=2.0 * OFFSET - np.asarray(log.force))
     fit = fric.identify_plant([log, back], method="motion").fit
     low, high = fit.estimates["F_c"].ci95
     assert low < F_C < high
@@ -301,7 +310,7 @@ def faster(n: int, gain: float) -> Log:
     return replace(log, name=str(n), position=position[0] + gain * (position - position[0]))
 
 
-@pytest.mark.parametrize("given", [None, "150 N/V"])
+@pytest.mark.parametrize("given", [None, pytest.param("150 N/V", marks=pytest.mark.long(5))])
 def test_strokes_share_the_error_of_the_friction_model(given: str | None) -> None:
     """Twelve blocks in each stroke move the mass of LuGre's model alike: their mean had 67.2 (64.7 … 69.7) for 62.5.
 

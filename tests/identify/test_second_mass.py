@@ -150,6 +150,7 @@ def test_a_start_and_a_stop_around_an_excitation_are_left_out() -> None:
     assert np.ptp(B.ci95) < 0.1 * axis.B
 
 
+@pytest.mark.long(9)
 def test_friction_around_rest_is_a_spring_that_makes_no_light_axis() -> None:
     """B was up to 60 % high, and in its interval for half of the axes. Fails in under one of a thousand."""
     held, off, plain_off = 0, [], []

@@ -336,7 +336,7 @@ def _sessions(
 
 @pytest.mark.parametrize(("seen", "slowest", "deltas", "most", "names"), [
     (False, (0.5, 1.2), (0.5,), 1.4, ("F_c", "sigma")),
-    (True, (-0.3, 0.5), (0.5, 1.0, 2.0), 1.8, ("F_s", "v_s")),
+    pytest.param(True, (-0.3, 0.5), (0.5, 1.0, 2.0), 1.8, ("F_s", "v_s"), marks=pytest.mark.long(8)),
 ])  # fmt: skip
 def test_intervals_hold_what_lies_below_the_slowest_stroke(seen, slowest, deltas, most, names) -> None:
     """A rest of an unseen fall is taken for F_c and less sigma: they were held in 6 and 13 of 29 such sessions; F_s and

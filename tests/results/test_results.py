@@ -302,7 +302,7 @@ def test_a_model_is_replaced_by_one_with_another_value(static, gms):
 
 
 def test_a_record_goes_into_a_frame_and_back_also_with_its_time_as_index():
-    log = next(iter(fric.experiment("virtual-rig", "presliding-sine", samples=400)))
+    log = fric.read(DATA / "presliding-sine.h5")[0]
     frame = log.to_frame()
     assert list(frame)[:2] == ["time [s]", "position [m]"]
     for given in (frame, frame.set_index("time [s]")):
