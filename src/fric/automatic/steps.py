@@ -20,6 +20,7 @@ from fric.documents.plant import PlantDocument
 from fric.documents.yaml import dump, plain, read_document, read_tree, write_document
 from fric.errors import FricError, as_options
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
+from fric.io.hdf5 import read_records
 from fric.io.ingest import keep_freed_memory
 from fric.notice import Notice
 from fric.output import folder_made, together, write_folder
@@ -565,9 +566,11 @@ def axis_steps(
         steps.append(step(f"{axis}: controller", "design controller", [plant], asked, output=controller))
     if responses and controller and not effort:  # a force that acts when it is logged does not show the delay
         read = [plant, *responses[:1]]
+        named = [record.name for record in read_records(responses[0]) if record.kind == "frequency-response"]
+        options = {"controller": controller, "record": named[0] if len(named) > 1 else None}
         steps.append(
             step(
-                f"{axis}: observer", "design observer", read, {"controller": controller}, [*read, controller],
+                f"{axis}: observer", "design observer", read, options, [*read, controller],
                 output=observer, plot=observer.with_suffix(".png"),
             )
         )  # fmt: skip
