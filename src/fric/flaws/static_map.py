@@ -43,7 +43,7 @@ F_C_AT_BOUND = Flaw("F_c-at-bound", "wrong", "F_c is 0, its bound: friction stil
     widens={"level": 0.2, "v_s": 0.5}, circle_settles=True)
 STROKES_STAND_OFF = Flaw("strokes-stand-off", lambda f: "doubt" if f.share > SCATTERED else "note",
     "Strokes deviate by up to {most:2} and weigh less: {strokes}. A slow axis may stick between two counts.",
-    "Look at their records.")
+    "Look at their records. In logs slower than the loop, speeds of whole counts a sample err alike: log others, too.")
 STROKES_SCATTER = Flaw("strokes-scatter", lambda f: "doubt" if f.share > SCATTERED else "note",
     "Strokes scatter by {spread:2} beyond noise, {share:.0%} of the force: weights and intervals allow for it.",
     "{large:Friction that does not repeat, play or a hunting axis is not a map of speed. Look at their records.|}")

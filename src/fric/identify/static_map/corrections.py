@@ -25,6 +25,8 @@ from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
 from fric.records.over_strokes import PLACES, SURE, along_axis, over_place
 from fric.records.preparation import WINDOWS
+from fric.records.resolution import lattice_step
+from fric.records.segments import Segment
 from fric.statistics import DIFFERENT, OF_TWO, mixed_model, reach, sandwich
 
 RECORDS = 8  # Least number of records of a single speed each whose levels are separable from the map
@@ -458,6 +460,22 @@ def swing(strokes: Strokes) -> Correction | None:
     return Correction(into=into, notices=[STROKES_SWING.found(**found, several=len(swings) > 1)])
 
 
+def counts(strokes: Strokes) -> Correction | None:
+    """Mark strokes that move by a whole number of counts a sample: all samples are at one place between two counts."""
+
+    def into(problem: StribeckProblem, points: Sequence[SpeedPoint]) -> StribeckProblem:
+        strobed = np.array([point.stretch is not None and _moves_by_counts(*point.stretch) for point in points])
+        return replace(problem, strobed=strobed) if strobed.any() else problem
+
+    return Correction(into=into)
+
+
+def _moves_by_counts(log: Log, segment: Segment) -> bool:
+    step = None if log.position is None else lattice_step(log.position)
+    moved = abs(segment.velocity) * float(np.median(np.diff(log.time))) / step if step else 0.0
+    return moved > 0.5 and abs(moved - round(moved)) * len(segment) < 1.0
+
+
 def rounding(strokes: Strokes) -> Correction | None:
     """Allow for coarse steps of the force: they shift all strokes together, and the slow against the fast."""
     by, points = strokes.rounded, strokes.points
@@ -478,7 +496,9 @@ def damping(strokes: Strokes) -> Correction | None:
 
 Look = Callable[[Strokes], Correction | None]
 
-AT_ANY_SPEED: Mapping[str, Look] = {"slope": slope, "swing": swing, "rounding": rounding}
+AT_ANY_SPEED: Mapping[str, Look] = {
+    "slope": slope, "swing": swing, "rounding": rounding, "counts": counts,
+}  # fmt: skip
 """Corrections for any number of speeds."""
 
 OF_A_MAP: Mapping[str, Look] = {

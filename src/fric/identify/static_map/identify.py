@@ -224,7 +224,8 @@ def _missed_both_ways(fit: MapFit) -> float:
     does not repeat. With few speeds tests of neighbours fail: of ten speeds, a wave of the residuals has two or three.
     """
     problem = fit.problem
-    steady = ~explained(problem, fit.solution.theta, fit.residual)  # a swing is noted
+    aside = np.isin(problem.v, [point.velocity for point, _ in fit.standing_off])
+    steady = ~(explained(problem, fit.solution.theta, fit.residual) | aside)  # which are noted
     v, r = problem.v[steady], (np.sign(problem.v) * fit.residual)[steady]
     if (forward := v > 0).all() or not forward.any():
         return 0.0

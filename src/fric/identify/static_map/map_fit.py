@@ -231,12 +231,8 @@ def each_direction(problem: StribeckProblem, solution: MapSolution, damping: flo
     errors = np.empty_like(problem.F)
     for sign in (1.0, -1.0):
         same = np.sign(problem.v) == sign
-        swing = None if problem.swing is None else problem.swing[same]
-        F = problem.F[same] + damping * problem.v[same]
-        side = replace(
-            problem, v=problem.v[same], F=F, standard_error=problem.standard_error[same], swing=swing,
-            with_offset=False, offset=float(solution.theta["offset"]),
-        )  # fmt: skip
+        side = problem.of(same)
+        side = replace(side, F=side.F + damping * side.v, with_offset=False, offset=float(solution.theta["offset"]))
         if side.degrees_of_freedom < 2:
             return None
         errors[same] = by_leverage(side, *_misfit(side, side.solve(start=solution)))
@@ -499,9 +495,8 @@ def _with_weights(estimates: dict[str, Estimate], fitted: FittedMap) -> dict[str
         return estimates
     group, thetas = np.argsort(np.argsort(np.abs(problem.v), kind="stable")) % groups, []
     for some in (group != n for n in range(groups)):
-        parts = {name: getattr(problem, name)[some] for name in ("v", "F")} | {"standard_error": fitted.errors[some]}
-        swing = None if problem.swing is None else problem.swing[some]
-        left = stribeck_fit.fit_strokes(replace(problem, **parts, swing=swing), fixed=False, start=fitted.solution)
+        part = replace(problem.of(some), standard_error=fitted.errors[some])
+        left = stribeck_fit.fit_strokes(part, fixed=False, start=fitted.solution)
         thetas.append([left.solution.theta[name] for name in problem.free])
     spread = np.sqrt((groups - 1) / groups * np.sum((np.array(thetas) - np.mean(thetas, axis=0)) ** 2, axis=0))
     return _wider(estimates, dict(zip(problem.free, float(stdtrit(groups - 1, 0.975)) * spread, strict=True)), max)

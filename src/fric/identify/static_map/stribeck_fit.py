@@ -15,13 +15,13 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite, sqrt
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar, nnls
 from scipy.special import stdtrit
 
-from fric.arrays import Real
+from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.friction.stribeck import STATIC_PARAMETERS, stribeck_shares
 from fric.records.over_strokes import REPEATED
@@ -60,12 +60,22 @@ class StribeckProblem:
     """Root mean square of the velocity about its mean over that mean, of each stroke, shape (n,); the force of a stroke
     is then the mean of eq. (2) along a sine of this size. None where no stroke swings."""
     offset: float = 0.0  # The offset where it is not fitted [N]
+    strobed: Mask | None = None
+    """Strokes that move by whole counts of the encoder a sample, shape (n,): in logs slower than the loop its answer to
+    counts does not average out, and is alike in both directions. None where no stroke does."""
 
     @cached_property
     def _weighted_ones(self) -> tuple[Real, float]:
         """The weights over the root of the sum of their squares, shape (n,), and that root."""
         size = float(np.linalg.norm(1.0 / self.standard_error))
         return 1.0 / self.standard_error / size, size
+
+    def of(self, some: Mask) -> Self:
+        """Return the problem of some strokes."""
+        swing = None if self.swing is None else self.swing[some]
+        strobed = None if self.strobed is None else self.strobed[some]
+        error = self.standard_error[some]
+        return replace(self, v=self.v[some], F=self.F[some], standard_error=error, swing=swing, strobed=strobed)
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -334,7 +344,8 @@ def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real, *, lo
 
     Their weight includes the deviation, so that what went wrong hardly counts, and the fall of a real drive still does.
     An axis that hunts between the counts of its encoder sticks now and then, which its logged position does not show.
-    That takes less force: where both directions take more at one speed, the map is wrong there, and their weights stay.
+    That takes less force: where both directions take more at one speed, the map is wrong there, and their weights stay,
+    but for strokes that move by whole counts a sample.
     """
     found = 0.0 * errors
     least = np.maximum(errors, REPEATS * float(np.median(np.abs(problem.F))))
@@ -346,6 +357,7 @@ def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real, *, lo
         residual = np.abs(problem.F - problem.model(solution.theta))
         outlying = residual > OUTLYING * np.maximum(least, robust_deviation(residual))
         more = outlying & (np.abs(problem.F) > np.abs(problem.model(solution.theta)))
+        more &= True if problem.strobed is None else ~problem.strobed
         v = np.where(more, problem.v, np.nan)
         outlying &= ~np.any(np.abs(v[:, np.newaxis] + v) <= REPEATED * np.abs(v), axis=0)  # both directions take more
         before, found = found, np.where(outlying, residual, 0.0)
