@@ -304,7 +304,10 @@ def _is_broad_band(log: Log) -> bool:
     noise = max(noise_level(log.position), (lattice_step(log.position) or 0.0) / np.sqrt(12.0))
     shaking = noise * np.sqrt(2.0) / float(np.median(np.diff(log.time)))
     shows = velocity.std() > 3.0 * shaking or repeats(effort)  # the average of periods shows what a sample does not
-    return bool(shows and min(spectral_lines(velocity), spectral_lines(effort)) >= LINES)
+    if not shows or min(spectral_lines(velocity), spectral_lines(effort)) >= LINES:
+        return bool(shows)
+    begun = slice(len(log) // 4, None)  # a start before the excitation is a line by itself
+    return min(spectral_lines(velocity[begun]), spectral_lines(effort[begun])) >= LINES and repeats(effort[begun])
 
 
 def repeats(signal: Real) -> bool:

@@ -255,7 +255,9 @@ def _heads(line: str, delimiter: str, width: int) -> list[str]:
     """Split a line above the data; between spaces, names of several words are separated by two spaces or more."""
     cells = split(line, delimiter)
     if delimiter == "whitespace" and len(cells) != width:
-        apart = re.split(r"\s{2,}|\t", line.strip("#% \t"))
+        apart, pins = re.split(r"\s{2,}|\t", line.strip("#% \t")), line.rpartition(": ")[2].split()
+        if ": " in line and all(re.fullmatch(r"[A-Za-z]\w*[.-][\w.-]*", pin) for pin in pins):  # as what sampled says
+            apart = ["sample", *pins] if len(pins) == width - 1 else pins
         return apart if len(apart) == width else cells
     return cells
 
