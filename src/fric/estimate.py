@@ -228,7 +228,7 @@ DIGITS = 8  # Largest number of digits of a value
 def _size(value: float, interval: Any) -> float:
     """Return the size that sets the prefix of a value and its interval: the value, or a tenth of a far limit."""
     far = max((abs(limit) for limit in interval or () if not isinf(limit)), default=0.0)
-    return abs(value) if far < 1e4 * abs(value) else 0.1 * far
+    return abs(value) if far < 300.0 * abs(value) else 0.1 * far
 
 
 def in_digits(value: float, interval: Any, scale: float = 1.0) -> tuple[str, str]:

@@ -15,7 +15,7 @@ from fric.drive.plant import OF_EFFORT, LinearPlant
 from fric.drive.sensing import low_pass_pole, low_passed
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, FEEDFORWARD_FOUND, LOOP_LAGS
+from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, EFFORT_SMOOTHED, FEEDFORWARD_FOUND, LOOP_LAGS
 from fric.kernels.block import Commands, Sample
 from fric.log import Log
 from fric.notice import Notice
@@ -206,6 +206,7 @@ USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 """Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
 LAG = 0.5 / (pi * USUAL.velocity_filter) + 0.5 / USUAL.sampling
 """Delay of the velocity by both, and by its backward difference [s]."""
+SMOOTHED = 100.0  # Corner [Hz] below which no drive filters the velocity: a loop with it would be as slow
 CHANCE = 3.84  # 95 % of χ² of one degree of freedom: twice the difference of log-likelihoods
 LEAST_LOG, MOST_LOGS = 200, 12  # Least number of samples of a log, and largest number of logs to try, the fastest first
 
@@ -225,8 +226,12 @@ class FoundController:
 
     @property
     def lags(self) -> list[Notice]:
-        """The note where a lag is left for want of velocity feedforward."""
-        return lags(self.cascade, (1.0 - self.cascade.velocity_feedforward) / self.cascade.K_v)
+        """What a lag says: of want of velocity feedforward, and of an effort that was smoothed before it was logged."""
+        corner = self.estimates.get("velocity_filter")
+        smoothed = corner is not None and not corner.assumed and float(corner) < SMOOTHED
+        smoothed = smoothed and "V" not in self.estimates["K_p"].unit  # a voltage is what a controller puts out
+        found = lags(self.cascade, (1.0 - self.cascade.velocity_feedforward) / self.cascade.K_v)
+        return found + [EFFORT_SMOOTHED.found(corner=Estimate(float(corner), "Hz"))] * smoothed if corner else found
 
     def at(self, sampling: float) -> Self:
         """Return it with the controller's rate [Hz], where its record is slower; without a filter if none was seen."""

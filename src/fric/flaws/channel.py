@@ -80,6 +80,9 @@ FORCE_SCALE_DIFFERS = Flaw("force-scale-differs", "wrong",
     "The force of {records} is {ratio:.3g} times what K_f makes of its voltage: another scale, or another axis}.",
     "Check the scales of force and voltage in {every:the response|these files, or leave them out}.",
     widens={"level": 0.2})
+POSITION_UNIT_DIFFERS = Flaw("position-unit-differs", "wrong",
+    "The encoder step of {records} is {factor:g} times that of the others: a position in another unit.",
+    "Check the unit of position in these files, or leave them out.", widens={"level": 0.2})
 K_F_MISSING = Flaw("K_f-missing", "note", "K_f is not known: no record shows force over input.",
     "Give strokes that have both, or K_f with `force_constant=`.")
 MASS_DIFFERS = Flaw("mass-differs", "wrong", "K_f/B is {found}, and the moving mass was stated as {stated}.",

@@ -53,6 +53,10 @@ ADDED_VOLTAGE_FOUND = Flaw("added-voltage-found", "note",
 LEARNING_DIVERGES = Flaw("learning-diverges", "doubt",
     "The glitch rises again, from {least} to {last} µm: the rounds also learn what does not repeat.",
     "Stop earlier, or lower the share or the bandwidth.")
+EFFORT_SMOOTHED = Flaw("effort-smoothed", "wrong",
+    "The gains ask for a velocity filter of {corner}: rather, the logged current or force is smoothed.",
+    "Log it as the controller asks for it, or unfiltered: else gains, B and C are those of the filter.",
+    widens={"B": 0.3})
 LEARNING_GAINS_NOTHING = Flaw("learning-gains-nothing", "doubt",
     "Learning leaves {last} of {first} µm: noise, encoder steps, or a loop upset by falling friction.",
     "`fric tune` says which; `loop=True` designs stable gains.")

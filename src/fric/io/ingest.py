@@ -160,6 +160,9 @@ class ClockCheck:
         return []
 
 
+FEW = 32  # Samples up to which noise may run against the motion
+
+
 class Signs:
     """Weighs whether the channels agree in sign: friction takes work from the drive, and velocity is dx/dt.
 
@@ -169,6 +172,7 @@ class Signs:
     def __init__(self) -> None:
         self.work = np.zeros(2)
         self.agreement = np.zeros(2)
+        self.samples = 0
 
     def add(self, block: Mapping[str, Real]) -> None:
         """Take the next samples of each channel, in SI."""
@@ -177,6 +181,7 @@ class Signs:
             self.work += _weighed(force * v)
         if time is None or len(time) < 2:
             return
+        self.samples += len(time)
         moved = np.diff(x) if x is not None and v is None else None
         if v is not None:
             moved = (v[1:] + v[:-1]) * np.diff(time)  # twice the travel: factors do not matter here
@@ -187,7 +192,7 @@ class Signs:
 
     def against(self) -> str:
         """Return the channel with the wrong sign: ``force``, ``velocity``, or none."""
-        found = (("velocity", *self.agreement), ("force", *self.work))
+        found = (("velocity", *self.agreement), ("force", *self.work)) if self.samples > FEW or not self.samples else ()
         return next((name for name, total, size in found if size > 0 and total < -0.5 * size), "")
 
 

@@ -9,7 +9,7 @@ friction compensation of the control.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import comb, inf, sqrt
+from math import comb, inf, nan, sqrt
 from typing import Any, Literal
 
 import numpy as np
@@ -445,7 +445,7 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose, plant: Plant | None = No
 
     plant: The plant, with whose K_f forces and voltages are compared.
     """
-    found = [*_scale_of_force(logs, plant)]
+    found = [*_scale_of_force(logs, plant), *_unit_of_position(logs)]
     for name, flaw in (("input", channel.INPUT_CLIPPED), ("force", channel.FORCE_CLIPPED)):
         if name == "force" or purpose == "plant":
             had = [log for log in logs if getattr(log, name) is not None]
@@ -456,6 +456,16 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose, plant: Plant | None = No
     if resting := {where: share for where, share in off.items() if share > 0.0}:
         found.append(channel.DRIVE_OFF.found(share=max(resting.values()), records=list(resting)))
     return found + ([] if purpose == "static" else _coarse_force(logs)) + clock_flaws(logs, purpose)
+
+
+def _unit_of_position(logs: Sequence[Log]) -> Iterator[Notice]:
+    """Yield the warning about records whose encoder has steps a thousand or a million times those of most others."""
+    steps = {log.name: lattice_step(log.position) for log in logs if log.position is not None}
+    known = {name: step for name, step in steps.items() if step}
+    usual = float(np.median([*known.values()])) if len(known) > 2 else nan
+    for factor in (1e-6, 1e-3, 1e3, 1e6):
+        if apart := [name for name, step in known.items() if abs(step / (factor * usual) - 1.0) < 0.01]:
+            yield channel.POSITION_UNIT_DIFFERS.found(records=_records(apart), factor=factor)
 
 
 def _coarse_force(logs: Sequence[Log]) -> list[Notice]:

@@ -117,6 +117,8 @@ def circles_of(given: Iterable[Any], scheme: str | None = None, *, other: bool =
     if files := [path_of(CIRCLES, test) for test in ones if not isinstance(test, MeasuredCircle)]:
         from fric.io.circle import choose_circles  # with HDF5, which a table needs not
 
+        if twice := next((file for n, file in enumerate(files) if file in files[:n]), None):
+            raise FricError("this circle is given twice", where=str(twice), hint="Give each once: it counts once.")
         tests += choose_circles(files, scheme)
     if tests and not other and scheme not in {None, *(test.scheme for test in tests)}:
         raise FricError(f"no circle is of the scheme '{scheme}'", hint="It chooses from a run file: leave it out here.")

@@ -152,7 +152,9 @@ def _of_text(path: Path, changed: int, size: int) -> Any:
             if n == 1 and b"\r" in (held := path.read_bytes()) and b"\n" not in held:
                 raise FricError("its lines end in CR alone", hint="Save it again, with lines that end in LF.") from None
             if n == 1:
-                raise FricError(f"is no JSON ({whole})", hint="Export it again.") from None
+                named = text.lstrip()[:1] in {*"{["} or path.suffix.lower() in FORMAT.endings[:3]
+                what = f"is no JSON ({whole})" if named else "has no rows of samples: each takes a line"
+                raise FricError(what, hint="Export it again.") from None
             raise FricError("is no JSON, or cut off", where=f"{path}, line {n}", hint="Export it again.") from None
     return _columns(rows)
 
