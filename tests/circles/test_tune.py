@@ -505,3 +505,10 @@ def test_a_log_whose_clock_is_wrong_is_refused_and_told(drawn, circles):
     assert {"samples-lost", "tuning-refused"} <= {warning.code for warning in found.warnings}
     assert not found.improves
     assert found.machine.axes["x"] is drawn.axes["x"]
+
+
+def test_a_circle_that_is_given_twice_is_refused():
+    """It was counted as two independent circles."""
+    circle = Path(__file__).parents[2] / "data/circle.h5"
+    with pytest.raises(FricError, match="given twice"):
+        fric.tune("virtual-rig", circle, circle)

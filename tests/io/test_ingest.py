@@ -202,3 +202,11 @@ def test_files_that_are_named_by_axes_are_not_one_axis(tmp_path):
     assert not (tmp_path / "log.h5").exists()
     fric.ingest(*files, output=tmp_path / "log.h5", axis="z")
     fric.ingest(files[0], write(tmp_path / "X_more.csv", speed=3), output=tmp_path / "x.h5")
+
+
+def test_a_few_samples_at_rest_do_not_turn_the_force(tmp_path):
+    """ "By these signs friction drives the axis" was said of four samples of noise."""
+    rows = "0,0,2.795\n4.5,-0.1,-0.932\n9,-0.1,1.1\n13.5,-0.1,0.9\n"
+    (tmp_path / "a.csv").write_text(f"time [ms],position [um],force [N]\n{rows}")
+    fric.ingest(tmp_path / "a.csv", output=tmp_path / "log.h5")
+    assert [len(log) for log in read_logs(tmp_path / "log.h5")] == [4]

@@ -14,12 +14,13 @@ import fric
 from fric.documents.inspection import InspectionDocument
 from fric.io.hdf5 import read_records
 from fric.log import FrequencyResponse, Log
-from fric.records.flaws import evened
+from fric.records.flaws import evened, record_flaws
 from fric.records.inspection import inspect, is_at_rest
 from fric.records.motion import find_reversals
 from fric.records.prepared import prepared
-from fric.records.recognition import LOOP_SHARE, force_rise, is_rigid
+from fric.records.recognition import LOOP_SHARE, force_rise, is_rigid, kind_of
 from fric.simulate.experiment import experiment
+from tests.identify.excited_axis import RATE, X, shaken
 from tests.records.kinematics import encoder, strokes
 
 DATA = Path(__file__).parents[2] / "data"
@@ -294,3 +295,21 @@ def test_a_loop_that_hunts_turns_no_sine_more_often() -> None:
     there = 100e-6 * np.clip(np.minimum(t - 5.0, 15.0 - t) / 2.0, 0.0, 1.0)
     force = 40.0 * np.sign(np.gradient(there, t))
     assert inspect(Log(t, encoder(there + hunts, 20e-9), force=force)).kind != "presliding-sine"
+
+
+def test_a_start_before_a_multisine_does_not_make_it_a_stroke() -> None:
+    """A heavy axis swings by 5 % in speed: the ramp of the start was the tallest line, and the response a stroke."""
+    record = shaken(X, seed=3, peak=0.5, mean=0.03)
+    start = 0.5 * 0.03 * np.arange(RATE // 2) ** 2 / RATE / (RATE // 2)
+    z, u = np.asarray(record.position), np.asarray(record.input)
+    position, input = np.concatenate([start, start[-1] + z - z[0]]), np.concatenate([0.0 * start, u])
+    log = Log(np.arange(len(position)) / RATE, position=position, input=input)
+    assert kind_of(log) == "frequency-response"
+
+
+def test_an_encoder_step_a_thousand_times_that_of_others_is_another_unit() -> None:
+    """Two of 17 strokes in mm for µm: F_c was 79.6 (76.2 … 83.0) for 63.3 N."""
+    sound = list(read_records(DATA / "constant-velocity.h5"))
+    mixed = [replace(log, position=1e3 * log.position) if n in {3, 8} else log for n, log in enumerate(sound)]
+    for logs, told in ((sound, False), (mixed, True)):
+        assert ("position-unit-differs" in {notice.code for notice in record_flaws(logs, "static")}) == told
