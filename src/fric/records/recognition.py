@@ -246,6 +246,9 @@ def _turns(position: Real) -> Indices:
     """Return the samples at which a motion reverses, without the jitter of a loop that hunts."""
     found = find_reversals(position)
     longest = float(np.abs(np.diff(position[found])).max(initial=0.0))
+    ends = np.minimum(found, len(position) - found) < 0.02 * len(position)
+    if ends.all() and longest < JITTER * float(np.ptp(position)):  # before it moves, and when it has
+        return found[:0]
     return min(found, find_reversals(position, threshold=JITTER * longest) if longest else found, key=len)
 
 
