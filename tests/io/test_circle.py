@@ -242,3 +242,17 @@ def test_names_that_end_in_their_unit_are_a_header(tmp_path: Path) -> None:
     (test,) = ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5").tests
     assert (test.radius, test.feed) == (0.03, 0.1)
     assert test.axes["x"].input is not None
+
+
+@pytest.mark.parametrize("most", [2e-5, 2.5e-4])
+def test_tall_glitches_of_a_measured_position_leave_whole_turns(tmp_path, most):
+    """On a grid plate glitches of 211 µm turned the angle by over 1 % in 1/48 of a turn: "it covers 186°"."""
+    t = np.arange(0.0, 2.1 * np.pi, 2e-3)
+    angle = 2.0 * t
+    x, y = 0.025 * np.cos(angle), 0.025 * np.sin(angle)
+    late = (angle % np.pi) / 0.3, ((angle + np.pi / 2) % np.pi) / 0.3
+    x, y = (axis + most * np.sign(axis) * by * np.exp(1.0 - by) for axis, by in zip((x, y), late, strict=True))
+    rows = np.column_stack([t, 1e3 * x, 1e3 * y])
+    np.savetxt(tmp_path / "a.csv", rows, "%.6f", ",", header="time [s],x_pos [mm],y_pos [mm]", comments="")
+    ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5")
+    assert [test.count for test in fric.diagnose(tmp_path / "c.h5").found.tests] == [2]

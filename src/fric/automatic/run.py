@@ -459,7 +459,9 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     """Return the error that no file shows friction, with what to log or to fill in."""
     if not found.refused:
         hint = "Give these, beside circle tests, or their folder. `fric ingest --list` lists the formats."
-        return FricError(f"there is no log of strokes, sines or a response in {', '.join(map(str, logs))}", hint=hint)
+        empty = all(path.is_dir() and not any(path.iterdir()) for path in map(Path, logs))
+        what = "is empty" if empty else "there is no log of strokes, sines or a response in it"
+        return FricError(what, where=", ".join(map(str, logs)), hint=hint)
     ((why, files), *more) = sorted(found.refused.items(), key=lambda item: "column" not in item[0])
     beside = [f"{first_of(others)}: {reason}" for reason, others in more[:3]]
     lacks = "Log time, position or velocity, and force, torque or current of a moving axis in one file; where they are "

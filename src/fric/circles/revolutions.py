@@ -99,17 +99,24 @@ def _circle_in(part: slice, time: Real, x: Real, y: Real) -> FoundCircle | None:
 
 
 def steady(time: Real, angle: Real) -> slice:
-    """Return the longest segment at which an angle turns at its median rate, within 1 %, over eighths of a turn."""
-    revolved = abs(float(angle[-1] - angle[0])) / (2 * pi)
-    span = max(int(len(time) / max(revolved, 1.0) / 48), 1)
-    rate = (angle[span:] - angle[:-span]) / (time[span:] - time[:-span])
-    middle = float(np.median(rate[len(rate) // 4 : max(3 * len(rate) // 4, len(rate) // 4 + 1)]))
-    good = np.abs(rate - middle) <= STEADY * abs(middle)
-    if not len(edges := np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))):
-        return slice(0, len(time))
-    runs = edges.reshape(-1, 2)
-    first, last = runs[np.argmax(runs[:, 1] - runs[:, 0])]
-    return slice(int(first), min(int(last) + span, len(time)))
+    """Return the longest segment at which an angle turns at its median rate, within 1 %.
+
+    Over 1/48 of a turn; over a quarter where that leaves no whole turn: glitches turn the angle of a position, too.
+    """
+    revolved, found = abs(float(angle[-1] - angle[0])) / (2 * pi), list[slice]()
+    for parts in (48, 4):
+        span = max(int(len(time) / max(revolved, 1.0) / parts), 1)
+        rate = (angle[span:] - angle[:-span]) / (time[span:] - time[:-span])
+        middle = float(np.median(rate[len(rate) // 4 : max(3 * len(rate) // 4, len(rate) // 4 + 1)]))
+        good = np.abs(rate - middle) <= STEADY * abs(middle)
+        if not len(edges := np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))):
+            return found[0] if found else slice(0, len(time))
+        runs = edges.reshape(-1, 2)
+        first, last = runs[np.argmax(runs[:, 1] - runs[:, 0])]
+        found.append(slice(int(first), min(int(last) + span, len(time))))
+        if abs(float(angle[found[-1].stop - 1] - angle[found[-1].start])) >= 2 * pi:
+            return found[-1]
+    return found[0]
 
 
 def rounded(value: float, within: float = ROUND) -> float:
