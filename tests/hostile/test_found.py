@@ -775,7 +775,7 @@ def test_a_circle_alone_is_no_log_to_identify_from(tmp_path: Path) -> None:
     """It ended with status 1 and not a word why, and with a file named that was not there."""
     (tmp_path / "logs").mkdir()
     (tmp_path / "logs" / "circle.h5").write_bytes(Path("data/circle.h5").read_bytes())
-    with pytest.raises(FricError, match="there is no log of strokes|is empty"):
+    with pytest.raises(FricError, match="there is no log of strokes"):
         fric.auto(tmp_path / "logs", output=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
