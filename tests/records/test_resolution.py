@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fric.records.resolution import lattice_step, noise_level
+from fric.records.resolution import clipped_samples, lattice_step, noise_level
 
 
 @given(st.floats(1e-9, 1e-2), st.floats(-1e4, 1e4), st.integers(20, 5000), st.floats(1e-3, 1e3), st.integers(0, 10**6))
@@ -64,3 +64,11 @@ def test_a_sine_without_an_encoder_has_no_step(samples):
     t = np.arange(samples) / 82.0
     assert lattice_step(15e-6 * np.sin(2 * np.pi * 0.1 * t)) is None
     assert lattice_step(450e-6 * np.sin(2 * np.pi * 0.1 * t + 0.3)) is None
+
+
+@pytest.mark.parametrize("rest", [-0.0067, -0.9])
+def test_samples_that_rest_at_the_lowest_value_are_not_clipped(rest: float) -> None:
+    """Five equal samples before a motion one way were its lowest: a whole sine in sliding was left out."""
+    rng = np.random.default_rng(1)
+    force = np.concatenate([np.full(60, rest), 1.0 + 0.2 * np.sin(np.arange(4000) / 50) + 0.01 * rng.normal(size=4000)])
+    assert clipped_samples(force) == (60 if rest < -0.5 else 0)

@@ -19,6 +19,7 @@ _ORDER = 6  # Highest order of differences for the estimate of noise
 _FALLS = 0.64  # Ratio of variances of two orders of differences below which the lower still includes motion
 _KEPT = 4096  # Number of cached lattices, by digest of the channel: every judgement needs that of the position
 _known: dict[bytes, float | None] = {}
+NEAR_ZERO = 0.05  # Share of its largest value below which a channel is not at an end of its range
 STUCK = 5  # Number of consecutive samples at its extreme from which a force or input counts as clipped
 OFF = 0.05  # Time without motion and with a force of exactly 0 from which the drive counts as off [s]
 LEVELS, CONVERTED = 40, 200
@@ -154,6 +155,8 @@ def clipped(values: Real) -> Mask:
     held = int(np.quantile(lasting, 0.05, method="lower")) if len(lasting) else 1
     rounding = 1e-9 * float(np.ptp(np.quantile(values, [0.005, 0.995])))  # apart from a single absurd sample
     for side in (values, -values):
+        if abs(side.max()) < NEAR_ZERO * float(np.abs(values).max()):
+            continue  # no range ends there: it rests
         top = side >= side.max() - rounding
         runs, often = np.diff(_runs(top))[:, 0], np.count_nonzero(top)
         below = np.count_nonzero(side >= side.max() - 1.5 * step) - often if step else 0
