@@ -332,8 +332,9 @@ def decide(evidence: Evidence) -> Verdict:
     with a limit cycle is never recommended, and no scheme against a measured circle.
     """
     reasons = {_same(notice): notice for notice in distrust(evidence)}.values()
-    plain = {notice.says for notice in reasons if not notice.where}  # of a step; a file carries it on with its place
-    why = tuple(notice for notice in reasons if not notice.where or notice.says not in plain)
+    said_of = {(notice.says, notice.where) for notice in reasons}  # of a step; a file carries it on with its place
+    carried = {(says, of) for says, of in said_of for s, at in said_of if s == says and of != at and of.endswith(at)}
+    why = tuple(notice for notice in reasons if (notice.says, notice.where) not in carried)
     refused = [(candidate, text) for candidate in evidence.candidates for text in forbidden(candidate, evidence)]
     usable = [candidate for candidate in evidence.candidates if all(candidate is not other for other, _ in refused)]
     kept = None if evidence.tolerance is None else False
