@@ -460,7 +460,7 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     if not found.refused:
         hint = "Give these, beside circle tests, or their folder. `fric ingest --list` lists the formats."
         empty = all(path.is_dir() and not any(path.iterdir()) for path in map(Path, logs))
-        what = "is empty" if empty else "there is no log of strokes, sines or a response in it"
+        what = f"there is no log of strokes, sines or a response in {'it: it is empty' if empty else 'it'}"
         return FricError(what, where=", ".join(map(str, logs)), hint=hint)
     ((why, files), *more) = sorted(found.refused.items(), key=lambda item: "column" not in item[0])
     beside = [f"{first_of(others)}: {reason}" for reason, others in more[:3]]

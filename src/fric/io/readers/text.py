@@ -640,7 +640,7 @@ class TextTable(ForeignTable):
 
     def _pieces(self) -> Iterator[bytes]:
         """Cut the data into pieces of whole lines, in an encoding in which a digit is a byte."""
-        wide, last = "\0".encode(self.shape.encoding) != b"\0", b""
+        wide, held, last = "\0".encode(self.shape.encoding) != b"\0", b"", b""
         try:
             with _opened(self.path, self._zipped, self.shape.encoding if wide else None) as file:
                 for _ in range(self.shape.first):
@@ -648,21 +648,28 @@ class TextTable(ForeignTable):
                 read_so_far = 0
                 while read := file.read(PIECE):
                     content = read.encode() if wide else read
-                    end = content.rfind(b"\n", 0, -1) + 1  # the last line may be none
+                    end = content.rfind(b"\n") + 1
                     read_so_far += len(content)
                     self._refuse_bomb(read_so_far, len(content) if end else len(last) + len(content))
-                    if end:
-                        yield last + content[:end]
+                    if end and held:
+                        yield held
+                    held = last + content[:end] if end else held
                     last = content[end:] if end else last + content
         except (OSError, EOFError, zlib.error, UnicodeError) as error:
             raise FricError(f"is damaged: {error}", where=str(self.path), hint="Copy the file again.") from None
+        if not last:  # the last line may be none
+            end = held.rfind(b"\n", 0, -1) + 1
+            held, last = held[:end], held[end:]
         cells = last.split() if self.shape.delimiter == "whitespace" else last.split(self.shape.delimiter.encode())
+        trails = _TRAILER.match(last) and len(cells) != len(self.columns)
         # a line without an end and with fewer cells: there the log stopped
         cut = last.strip() and not last.startswith(b"#") and len(cells) < len(self.columns) and b"\r" not in last
-        if cut and not last.endswith(b"\n"):
+        if cut and not (trails or last.endswith(b"\n")):
             self.notices = [LINE_CUT.found(str(self.path))]
-        elif last and not (_TRAILER.match(last) and len(cells) != len(self.columns)):
-            yield last
+        elif not trails:
+            held += last
+        if held:
+            yield held
 
     def _refuse_bomb(self, unpacked: int, pending: int) -> None:
         """Raise where a packed file holds more than text packs to, or a line goes on without an end."""
