@@ -21,7 +21,7 @@ import fric
 from fric.cli.main import app
 from fric.columns import CHANNELS
 from fric.documents import document_types
-from fric.documents.yaml import plain, read_tree
+from fric.documents.yaml import dump, plain, read_tree
 from fric.errors import FricError
 from fric.estimate import as_filed
 
@@ -418,3 +418,17 @@ def test_a_load_beyond_all_forces_is_refused() -> None:
         fric.FricError, match=r"a load of -2e\+08 N is far beyond the strokes' forces \(at most 97.6 N\)"
     ):
         fric.identify_static(DATA / "constant-velocity.h5", load="-2e8 N")
+
+
+def test_the_interval_of_C_allows_for_that_of_the_mass(tmp_path):
+    """C was 245 (228 … 264) for 300, where B was known to ± 27 %: the inertia of the sine in sliding moves it."""
+    plant = fric.identify_plant(DATA / "frequency-response.h5")
+    static = fric.identify_static(DATA / "constant-velocity.h5", plant=plant)
+    tree, widths = plant.document, []
+    for share in (0.02, 0.2):
+        tree["B"]["ci95"] = [tree["B"]["value"] * (1.0 + side * share) for side in (-1, 1)]
+        (tmp_path / "plant.yaml").write_text(dump(tree))
+        sines = [DATA / f"{name}.h5" for name in ("presliding-sine", "sliding-sine")]
+        low, high = fric.identify_gms(*sines, static=static, plant=tmp_path / "plant.yaml", blocks=3).C.ci95
+        widths.append(high / low)
+    assert widths[1] > 1.1 * widths[0]

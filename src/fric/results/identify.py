@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain
-from math import inf
+from math import hypot, inf, log
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -20,7 +20,7 @@ from fric.documents.machine_files import nominal_models
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.drive.plant import Plant
 from fric.errors import FricError, require_known
-from fric.estimate import NORMAL_97_5, estimate_rows
+from fric.estimate import NORMAL_97_5, Covariance, Estimate, estimate_rows
 from fric.friction import FrictionModel, models
 from fric.identify.gms.identify import GMSFit, Replay
 from fric.identify.gms.identify import identify_gms as fit_gms
@@ -514,12 +514,33 @@ def identify_gms(
     at = None if knots == "auto" else several(knots, "small length", motion)
     if at is not None and blocks not in {"auto", len(at), str(len(at))}:
         raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", hint="Leave `blocks=` out.")
-    found = fit_gms(
-        records, static=forward, negative=backward, plant=known, blocks=count, knots=at, refined=refine,
+    fit = partial(
+        fit_gms, records, static=forward, negative=backward, blocks=count, knots=at, refined=refine,
         cycles=_cycles(cycles), most_blocks=most,
     )  # fmt: skip
+    found = fit(plant=known)
+    given = None if plant is None or isinstance(plant, Plant) else document_of(PlantDocument, plant).estimates(motion)
+    unsure = given["B"].half_width / float(given["B"]) if given else 0.0
+    if known and LEAST_UNSURE < unsure < inf and not found.C.assumed and any(of.record.slides for of in found.records):
+        found = _with_inertia(found, fit(plant=replace(known, B=known.B * (1.0 + unsure))))
     doubtful += settled(of_gms(found))
     return GMSResult(replace(found, warnings=(*found.warnings, *doubtful)), records, kept)
+
+
+LEAST_UNSURE = 0.03  # Half the interval of B over B, above which the interval of C allows for it
+
+
+def _with_inertia(fit: GMSFit, other: GMSFit) -> GMSFit:
+    """Return a fit whose C allows for the interval of the plant's B, by a fit at its limit: inertia moves C."""
+    moved = log(float(other.C) / float(fit.C))
+    low, high = fit.C.limits
+    half = hypot(0.5 * log(high / low), moved) if 0.0 < low < high < inf else inf
+    wider = replace(fit, C=Estimate.around_log(float(fit.C), fit.C.unit, half))
+    if fit.covariance is None or "C" not in fit.covariance.names:
+        return wider
+    matrix, n = np.array(fit.covariance.matrix), fit.covariance.names.index("C")
+    matrix[n, n] += (moved / NORMAL_97_5) ** 2 * (1.0 if fit.covariance.scales[n] == "log" else float(fit.C) ** 2)
+    return replace(wider, covariance=Covariance.of(fit.covariance.names, matrix, fit.covariance.scales))
 
 
 def of_gms(fit: GMSFit) -> Iterator[Finding]:
