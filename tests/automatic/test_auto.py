@@ -191,6 +191,33 @@ def test_a_circle_that_a_controller_traced_is_one_and_its_axes_are_those_of_the_
         fric.ingest_circles(tmp_path / "move.log", output=tmp_path / "move.h5", mapping=mapping)
 
 
+def test_files_of_the_same_names_in_two_folders_are_said_to_be_pooled(tmp_path):
+    """Two machines, and two days, were one axis without a word of the folders."""
+    strokes = sorted((DATA / "strokes").glob("*.csv"))[:4]
+    for folder, factor in (("mill", 1.0), ("laser", 1.1)):
+        (tmp_path / folder).mkdir()
+        for path in strokes:
+            head, *rows = path.read_text().splitlines()
+            cells = [row.rpartition(",") for row in rows]
+            text = "\n".join([head, *(f"{first},{factor * float(last):.4g}" for first, _, last in cells)])
+            (tmp_path / folder / path.name).write_text(text + "\n")
+    (told,) = (one for one in find_sources([tmp_path]).description if one.code == "folders-together")
+    assert "laser, mill" in str(told)
+    assert not [one for one in find_sources([tmp_path / "mill"]).description if one.code == "folders-together"]
+
+
+def test_a_circle_alone_shows_its_glitches(tmp_path):
+    """ "Nothing was simulated" was all that was said of a glitch of 87 µm."""
+    (tmp_path / "logs").mkdir()
+    (test,) = read_circles(DATA / "circle.h5")
+    of = [column for trace in test.axes.values() for column in (trace.reference, trace.position)]
+    rows = np.column_stack([test.axes["x"].time, *(1e3 * column for column in of)])
+    head = "time [s],x_ref [mm],x_pos [mm],y_ref [mm],y_pos [mm]"
+    np.savetxt(tmp_path / "logs" / "circle.csv", rows, "%.8g", ",", header=head, comments="")
+    done = RUN.invoke(app, ["auto", str(tmp_path / "logs"), "-o", str(tmp_path / "out")])
+    assert re.search(r"circle: diagnosis +measured \d", done.stdout + done.stderr)
+
+
 def test_a_table_of_forces_over_velocities_becomes_a_map(tmp_path):
     v = np.outer([-1.0, 1.0], [0.05, 0.5, 2.0, 4.0, 8.0, 20.0]).ravel()
     force = np.sign(v) * (80.0 + 30.0 * np.exp(-np.abs(v))) + 2.0 * v

@@ -313,3 +313,14 @@ def test_an_encoder_step_a_thousand_times_that_of_others_is_another_unit() -> No
     mixed = [replace(log, position=1e3 * log.position) if n in {3, 8} else log for n, log in enumerate(sound)]
     for logs, told in ((sound, False), (mixed, True)):
         assert ("position-unit-differs" in {notice.code for notice in record_flaws(logs, "static")}) == told
+
+
+def test_jitter_at_rest_before_a_sine_in_sliding_is_no_reversal() -> None:
+    """21 ms of it made a motion of the sine, and C was assumed."""
+    t = np.arange(8000) / 1000.0
+    z = 4e-3 * t - 3e-3 / (2 * np.pi * 3) * (np.cos(2 * np.pi * 3 * t) - 1.0)
+    jitter = 1e-7 * np.array([0, -4, -8, -2, 4, 0, -5, -1, 2, -1, -3, 0, 1, -3, 0])
+    position = np.concatenate([jitter, encoder(z, 1e-7)])
+    force = np.concatenate([np.zeros(15), 100.0 + 5.0 * np.cos(2 * np.pi * 3 * t)])
+    log = Log(np.arange(len(position)) / 1000.0, position=position, force=force)
+    assert kind_of(log) == "sliding-sine"
