@@ -227,11 +227,11 @@ class FoundController:
     @property
     def lags(self) -> list[Notice]:
         """What a lag says: of want of velocity feedforward, and of an effort that was smoothed before it was logged."""
-        corner = self.estimates.get("velocity_filter")
-        smoothed = corner is not None and not corner.assumed and float(corner) < SMOOTHED
-        smoothed = smoothed and "V" not in self.estimates["K_p"].unit  # a voltage is what a controller puts out
         found = lags(self.cascade, (1.0 - self.cascade.velocity_feedforward) / self.cascade.K_v)
-        return found + [EFFORT_SMOOTHED.found(corner=Estimate(float(corner), "Hz"))] * smoothed if corner else found
+        corner = self.estimates.get("velocity_filter")
+        if self.explained is None or corner is None or corner.assumed or "V" in self.estimates["K_p"].unit:
+            return found  # stated in a file, or not seen; and a voltage is what a controller puts out
+        return found + [EFFORT_SMOOTHED.found(corner=Estimate(float(corner), "Hz"))] * (float(corner) < SMOOTHED)
 
     def at(self, sampling: float) -> Self:
         """Return it with the controller's rate [Hz], where its record is slower; without a filter if none was seen."""

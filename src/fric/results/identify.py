@@ -1,6 +1,7 @@
 """Identification: plant, controller, static map, GMS by its virgin curve, any friction model by replay."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import chain
@@ -522,7 +523,8 @@ def identify_gms(
     given = None if plant is None or isinstance(plant, Plant) else document_of(PlantDocument, plant).estimates(motion)
     unsure = given["B"].half_width / float(given["B"]) if given else 0.0
     if known and LEAST_UNSURE < unsure < inf and not found.C.assumed and any(of.record.slides for of in found.records):
-        found = _with_inertia(found, fit(plant=replace(known, B=known.B * (1.0 + unsure))))
+        with suppress(FricError):  # no model is found at the limit
+            found = _with_inertia(found, fit(plant=replace(known, B=known.B * (1.0 + unsure))))
     doubtful += settled(of_gms(found))
     return GMSResult(replace(found, warnings=(*found.warnings, *doubtful)), records, kept)
 
@@ -532,7 +534,7 @@ LEAST_UNSURE = 0.03  # Half the interval of B over B, above which the interval o
 
 def _with_inertia(fit: GMSFit, other: GMSFit) -> GMSFit:
     """Return a fit whose C allows for the interval of the plant's B, by a fit at its limit: inertia moves C."""
-    moved = log(float(other.C) / float(fit.C))
+    moved = inf if other.C.assumed else log(float(other.C) / float(fit.C))  # at the limit nothing determines it
     low, high = fit.C.limits
     half = hypot(0.5 * log(high / low), moved) if 0.0 < low < high < inf else inf
     wider = replace(fit, C=Estimate.around_log(float(fit.C), fit.C.unit, half))
