@@ -95,3 +95,12 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     return None if isinstance(value, float) and not isfinite(value) else value
+
+
+def enumerated(names: Iterable[str], width: int = 60) -> str:
+    """Return names separated by commas, as many as a width takes and at least one, and how many more there are."""
+    every = list(names)
+    shown = len(every)
+    while shown > 1 and len(", ".join(every[:shown])) > width - len(" and 99 more") * (shown < len(every)):
+        shown -= 1
+    return ", ".join(every[:shown]) + f" and {len(every) - shown} more" * (shown < len(every))

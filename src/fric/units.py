@@ -275,6 +275,7 @@ _LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {  # Units pe
 def likely(number: float | str, dimension: str, motion: Motion = "linear") -> str:
     """Return a number with its likely unit by the size of machines: 100 of a velocity is ``100 mm/s``."""
     units = _LIKELY.get((dimension, "rotary" if rotates(motion) else "linear"), ((si_unit(dimension, motion), inf),))
+    number = number if float(number) else 1  # a size is no 0
     return f"{number} {next(unit for unit, most in units if abs(float(number)) <= most)}"
 
 

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from fric.automatic import steps
 from fric.automatic.fleet import FleetResult, FleetStudy, find_fleet, fleet
-from fric.automatic.sources import LEAVES_OUT, Source, Sources, find_sources
+from fric.automatic.sources import BY_SIGNS, LEAVES_OUT, Source, Sources, find_sources
 from fric.automatic.steps import AxisOutcome, Session, Step, step
 from fric.circles.gains import GAINS, USUAL
 from fric.control.scheme import PAPER_SCHEMES
@@ -264,10 +264,12 @@ class AutoResult(Result, schema=AutoDocument):
         """Return what was found and is missing of each axis, the verdict, and what failed."""
         pieces: list[Piece] = []
         held = [str(notice) for notice in self.description if notice.code == HOLDING_MAP.code]
+        turned = next((n.where for n in self.description if BY_SIGNS in str(n.values.get("why"))), "")
+        there = f" ({turned}: see below)" * bool(turned)
         for name, axis in self.axes.items():
             pieces += [_found(name, axis)] if axis.there else [f"axis {name}: {'; '.join(held) or 'nothing'}"]
             lacks = (text for text in axis.missing if f"{name}: {text}" not in self.failed)
-            pieces += [f"missing for {text}" for text in lacks]
+            pieces += [f"missing for {text}{there * ('static map' in text)}" for text in lacks]
         pieces += [self.alone] if self.alone else []
         pieces += ["", *self.verdict.lines(), *self._doubts()]
         kept = self.steps - self.made - len(self.failed)

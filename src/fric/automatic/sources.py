@@ -70,6 +70,8 @@ ARCHIVES = frozenset({".zip", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz"})  # 
 PACKED = "it is an archive, which is not read: unpack it beside it"
 MOST_UNPACKED, MOST_RATIO, SMALL = 1 << 30, 200, 64 << 20  # Most bytes of a ZIP; of a member: times stored, or anyhow
 MOST_MEMBERS = 2000  # Files of folders, and those that a ZIP unpacks to, at most
+SHOWS = {**dict.fromkeys([*PRESLIDING, "sliding-sine"], "gms"), "constant-velocity": "static"}
+"""The use of records of each kind, as `fric.inspect` names it."""
 MOTION = "motion"  # Use of records of any kind whose motion determines mass, viscous and Coulomb friction
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m"})
 """Endings of files beside logs that are not logs themselves, unless they begin with the signature of a format."""
@@ -81,6 +83,7 @@ _PAPER = re.compile(  # Names of documentation files beside logs
 ON_CIRCLES = 0.5  # Share of a file on whole circles above which it is a circle test, and no log besides
 MOST_ALIKE = 3  # Files of the same names in several folders, from which it is said that their records are pooled
 LEAVES_OUT = "`assume=True` leaves such samples out"  # What opens a log with bad cells
+BY_SIGNS = "by these signs"  # In why logs are refused whose force or velocity seems turned
 T = TypeVar("T")
 LACKS_FORCE = "no column is named force"  # Why a complete header needs a question: another column looks like it
 
@@ -102,7 +105,7 @@ class Source:
     assumed: bool = False  # Whether samples that cannot be used are dropped
     loaded: bool = False  # Whether a record has the position of the load, by a second encoder
     lacks: str = ""  # Why its records show no friction
-    unfit: str = ""  # Why a record before sliding shows no blocks
+    unfit: str = ""  # Why a record does not show what its kind is for
     uneven: str = ""  # Why a motion that excites the mass shows no plant
     efforts: frozenset[str] = frozenset()  # Those of force and input that a record of it has
     rates: tuple[float, ...] = ()  # Rates of its records whose input changes at nearly every sample [Hz]
@@ -202,7 +205,7 @@ def _say(found: Sources) -> None:
             found.description.append(FOLDERS_TOGETHER.found(axis=axis, folders=[folder.name for folder in folders]))
     for why, files in found.refused.items():
         propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
-        propose = propose if "column" in why or "by these signs" in why else ""
+        propose = propose if "column" in why or BY_SIGNS in why else ""
         found.description.append(FILE_LEFT_OUT.found(first_of(files), why=why, propose=propose))
     for name, files in found.beside.items():
         found.description.append(MAPPING_BESIDE.found(first_of(files), mapping=name))
@@ -361,7 +364,7 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     axis, motion = records[0].axis, records[0].motion
     unfit = (
         f"{inspection.name}: {use.why}" for inspection in inspected for use in inspection.uses
-        if inspection.kind in PRESLIDING and use.purpose == "gms" and not use.good
+        if use.purpose == SHOWS.get(inspection.kind) and not use.good
     )  # fmt: skip
     efforts = frozenset(of for of in ("force", "input") for log in records if getattr(log, of, None) is not None)
     rates = tuple(rate for log in records if isinstance(log, Log) and (rate := _renewed(log)))

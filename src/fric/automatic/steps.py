@@ -22,7 +22,7 @@ from fric.errors import FricError, as_options
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
 from fric.io.hdf5 import read_records
 from fric.io.ingest import keep_freed_memory
-from fric.notice import Notice
+from fric.notice import Notice, enumerated
 from fric.output import folder_made, together, write_folder
 from fric.process import tried as say_step
 from fric.records.inspection import SPEEDS
@@ -41,7 +41,7 @@ from fric.units import Motion, is_effort, of_effort, rotates
 ALONE = 2  # Number of axes that are identified before other processes have started
 BYTES = 5e8  # Memory of a process that identifies an axis, about [byte]
 PARTS = ("plant", "controller", "observer", "friction")
-NO_GMS = "GMS: slow sines of some ten micrometres before sliding, or micro-steps, with force"
+NO_GMS = "GMS: slow sines before sliding, of about {size}, or micro-steps, with force"
 NO_STRIBECK = "F_s and v_s of the static map: strokes at constant velocity, at five speeds or more, with force"
 NO_C = "C of the GMS model: a sine in sliding, around a steady speed"
 NO_OBSERVER = "observer: a frequency response from the drive's input to position"
@@ -388,7 +388,10 @@ class _Axes:
         for unused in (log for log in of_axis if log.path not in read and log.kinds != {"holding-map"}):
             what = {"kinds": sorted(unused.kinds), "motion": MOTION in unused.kinds, "others": unused.kinds <= used}
             what |= {"alone": (alone := not read and not what["motion"]), "other": not (alone or what["motion"])}
-            left_out.append(FILE_UNUSED.found(str(unused.path), axis=name, **what))
+            what |= {"why": unused.unfit, "unfit": bool(unused.unfit)}
+            made = unused.path.is_relative_to(folder)  # of files that the user knows by the names of their records
+            where = enumerated(record.name for record in read_records(unused.path)) if made else str(unused.path)
+            left_out.append(FILE_UNUSED.found(where, axis=name, **what))
         done = ["plant"] * bool(plan.shaken)
         done += [step.name.partition(": ")[2] for step in plan.steps[len(done) :] if session.take(step)]
         asked = dict.fromkeys([f"{name}: plant", *(step.name for step in plan.steps)])  # without a plant no plan has it
@@ -554,8 +557,9 @@ def axis_steps(
         if not of("sliding-sine"):
             missing.append(NO_C)
     else:
-        unfit = next((log.unfit for log in logs if log.unfit), "")
-        missing.append(NO_GMS + f" ({unfit})" * bool(unfit))
+        unfit = next((log.unfit for log in logs if log.unfit and log.kinds & PRESLIDING), "")
+        size = "a tenth of a degree" if rotates(logs[0].motion) else "ten micrometres"
+        missing.append(NO_GMS.format(size=size) + f" ({unfit})" * bool(unfit))
         if moving and not (strokes or responses or lean):  # what a motion shows of friction
             identify("lugre", moving, friction, known, damping)
     if lean:

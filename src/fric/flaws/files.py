@@ -51,7 +51,7 @@ FILE_LEFT_OUT = Flaw("file-left-out", "doubt", "Left out: {why}.",
     "{propose:`{propose}` writes a mapping to look at and fill in, for `mapping=`.|}")
 RECORD_LEFT_OUT = Flaw("record-left-out", "doubt", "Left out, since it cannot be used: {why}.")
 FILE_UNUSED = Flaw("file-unused", "note",
-    "Read, and not used: axis {axis} needs no {kinds}{others:; other records of its kind are used|}.",
+    "Read, and not used: {unfit:{why}|axis {axis} needs no {kinds}}{others:; others of its kind are used|}.",
     "{motion:`fric validate` compares results with it.|}{other:`fric inspect` says what it lacks.|}"
     "{alone:See what is missing for its axis.|}")
 MAPPING_BUNDLED = Flaw("mapping-bundled", "note",

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from fric.arrays import Indices, Real
-from fric.columns import Kind
+from fric.columns import PRESLIDING, Kind
 from fric.log import Log
 from fric.records.holding import is_holding_map
 from fric.records.motion import find_reversals
@@ -32,6 +32,7 @@ SWAY = 0.1  # Share of the longest stroke below which a stroke is an overshoot o
 JITTER = 0.03  # The same below which it is the jitter of a loop that hunts for its reference, and no stroke
 RIGID = 0.98  # Share of the force that mass and viscous and Coulomb friction explain, above which these make it rise
 REST = 0.1  # Share of the largest speeds, without the largest fiftieth, up to which an axis may be at rest
+WHOLE = 3  # Least number of reversals of a reference between which there are whole branches
 LEAST_REVERSALS = 4  # Least number of reversals of such a motion
 
 
@@ -180,9 +181,11 @@ def recognised_kind(
     A staircase before sliding; a sine; a broad-band excitation; a motion back and forth before sliding, of any shape;
     strokes at constant velocity, if that is most of the time in motion; else a motion. The arguments are what
     `segments_and_rests`, `turns_of` and `force_rise` found: without a force, pre-sliding is assumed. Of a short stroke,
-    which settles late, the reference shows that it is asked for.
+    which settles late, and of one that sticks and slips, the reference shows that it is asked for.
     """
     found = _kind_by_motion(log, segments, rests, sine, rise, reversals, stairs)
+    if found in PRESLIDING and log.reference is not None and len(find_reversals(log.reference)) < WHOLE:
+        found = "motion"  # it sticks and slips, or jitters at rest
     if found == "motion" and segments and log.reference is not None:
         asked = replace(log, position=log.reference, velocity=None, force=None, input=None)
         plateaus, pauses = segments_and_rests(asked)

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
@@ -27,14 +27,14 @@ from fric.export import targets
 from fric.export.base import ExportedPart, Files, Target, compensation_of, machine_of, manifest
 from fric.flaws import flaw_of
 from fric.flaws.prediction import NOTHING_SIMULATED, SCHEME_SATURATES
-from fric.io.circle import read_drawn, read_prediction, read_run_provenance, read_runs
+from fric.io.circle import DrawnGlitches, read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice, once
 from fric.output import folder_made, write_folder
 from fric.results.base import Advance, Piece, Result, Table, path_of, silent
 from fric.results.circles import diagnose
 from fric.results.given_models import schemes_of
 from fric.results.kinds import AxisName, CircleFiles, KnownSchemes, MachineLike, Quantity, SchemesLike
-from fric.simulate.contour_run import Circle, pair, run_circle
+from fric.simulate.contour_run import Circle, CircleRun, PathRun, pair, run_circle
 from fric.simulate.machine import Machine
 from fric.units import readable
 from fric.verb import Kind, verb
@@ -132,7 +132,8 @@ class ExportResult(Result):
     def report(self) -> list[Piece]:
         """Return what is in which file, and how LinuxCNC and simulation compare."""
         rows = [[name, str(len(content))] for name, content in self._all().items()]
-        title = f"{self.part.machine}: {self.part.role} of axis {self.part.axis} for {self.target.name}"
+        scheme = f", scheme {self.part.scheme}," * bool(self.part.scheme)
+        title = f"{self.part.machine}: {self.part.role} of axis {self.part.axis}{scheme} for {self.target.name}"
         pieces: list[Piece] = [Table(["file", "bytes"], rows, title)]
         if self.distrust:
             pieces.append(f"Not to be trusted yet. {' '.join(self.distrust)}")
@@ -170,7 +171,8 @@ def export_axis(
     A folder of `fric auto` in place of a machine gives its machine, its run, and the circles of that run.
 
     target: c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.
-    scheme: The scheme: friction feedforward, and blocks. Its name, or itself; f (twincat: b) where not given.
+    scheme: The scheme: friction feedforward, and blocks. Its name, or itself. Where not given, the one that the run of
+        a folder of `fric auto` recommends; else f (twincat: b).
     part: compensation; or machine, the axis itself as a plant to test a controller.
     single: Single precision (c).
     circles: A measured circle. Where it differs from the machine's prediction, and the varied machines were not fitted
@@ -182,7 +184,9 @@ def export_axis(
     Raises FricError: When there is no such target, axis or scheme, or a part cannot be exported.
     """
     chosen = one_target(target, part, single=single)
-    (wanted,) = schemes_of(scheme or ("b" if chosen.friction else "f"), known)[:1]
+    session = Path(machine) if isinstance(machine, str | Path) and Path(machine).is_dir() else None
+    advised = _recommended(session) if session and scheme is None and not chosen.friction else None
+    (wanted,) = schemes_of(scheme or advised or ("b" if chosen.friction else "f"), known)[:1]
     if chosen.friction and not wanted.bare and (wanted.friction, wanted.blocks) != (chosen.friction, ()):
         able = ", ".join(other.name for other in targets().values() if "machine" in other.parts)
         raise FricError(f"the target {target} holds a {chosen.friction} map alone, and no scheme {wanted.name}",
@@ -192,8 +196,8 @@ def export_axis(
     if isinstance(machine, Machine):
         subject = machine
     else:
-        if isinstance(machine, str | Path) and Path(machine).is_dir():
-            machine, drawn, circles = _of_session(Path(machine), drawn, circles)
+        if session:
+            machine, drawn, circles = _of_session(session, drawn, circles)
         file = located(path_of("a machine, or its file", machine), "machine")
         subject = read_machine(file, nominal_files=nominal_files, gain=gain, lead=lead)
         notices = axis_notices(read_machine_document(file, nominal_files), axis)
@@ -271,7 +275,7 @@ def _drawing(
     file: Path, machine: Machine, scheme: Scheme, axis: str
 ) -> tuple[dict[str, Any], list[Candidate], Prediction | None]:
     """Return the description of a run file, the glitches with and without a scheme on machines, and the prediction."""
-    made, left, prediction = read_run_provenance(file), read_drawn(file), read_prediction(file)
+    made, left = read_run_provenance(file), read_drawn(file)
     runs = [run for run in read_runs(file, traces=False) if run.scheme == scheme or run.scheme.bare]
     of, here = ({**origin, "path": ""} for origin in (made.get("origin", {}), machine.origin))
     if made.get("machine") != machine.name or of != here:
@@ -282,11 +286,27 @@ def _drawing(
     if scheme.name not in {run.scheme.name for run in runs if not run.scheme.bare}:
         raise FricError(f"the run is without scheme {scheme.name}", where=str(file),
                         hint=f"Make it by `fric simulate circle --scheme a,{scheme.name}`.")  # fmt: skip
-    found = candidates_of(runs, prediction=prediction)
+    return made, *_candidates(file, runs, left)
+
+
+def _candidates(
+    file: Path, runs: Sequence[CircleRun | PathRun], left: Mapping[str, DrawnGlitches]
+) -> tuple[list[Candidate], Prediction | None]:
+    """Return what schemes left in a run file and on its drawn machines, and the prediction."""
+    found = candidates_of(runs, prediction=(prediction := read_prediction(file)))
     if left:
         both = ((candidate, left[candidate.scheme.name]) for candidate in found)
         found = [replace(candidate, drawn=drawn.glitches, swings=drawn.swings) for candidate, drawn in both]
-    return made, found, prediction
+    return found, prediction
+
+
+def _recommended(folder: Path) -> Scheme | None:
+    """Return the scheme that the run in a folder of `fric auto` recommends; None where it is none."""
+    if not (run := folder / "circle.h5").exists():
+        return None
+    found, prediction = _candidates(run, read_runs(run, traces=False), read_drawn(run))
+    chosen = decide(evidence_of(read_run_provenance(run), found, prediction)).choice
+    return None if chosen is None or chosen.scheme.bare else chosen.scheme
 
 
 def one_target(name: str, part: str, *, single: bool) -> Target:

@@ -21,7 +21,7 @@ from fric.io.propose import first_of, guessed, proposal
 from fric.io.questions import Ask, Review, answered, beside
 from fric.io.recognise import recognise
 from fric.io.words import axis_of_file
-from fric.notice import Notice
+from fric.notice import Notice, enumerated
 from fric.output import FORMATS
 from fric.results.base import Advance, DataFrame, Figure, Piece, Result, in_si, path_of, quantity, silent
 from fric.results.kinds import MappingLike, Quantity, RecordKind, SchemeName
@@ -112,9 +112,9 @@ class IngestResult(Result, schema=IngestDocument, of="done"):
         return [*self.guesses, *self.done.warnings, *skipped, *left_out]
 
     def brief(self) -> str:
-        """Return how many records and samples there are."""
-        count = len(self.done.records)
-        return f"{count} record{'s' * (count != 1)}, {self.done.samples} samples"
+        """Return how many records there are, and which: as many names as a line takes."""
+        names = [record.name for record in self.done.records]
+        return f"{len(names)} record{'s' * (len(names) != 1)}: {enumerated(names, 32)}"
 
     def report(self) -> list[Piece]:
         """Return the number of records and samples."""

@@ -80,7 +80,13 @@ class Chance:
         return Chance(tuple(np.subtract(self.values, other.values).tolist()))
 
     def text(self, scale: float = 1e6, digits: int = 1) -> str:
-        """Return the median as text, with half of the interval where that is more than the last digit: ``1.5±0.2``."""
+        """Return the median as text, with half of the interval where that is more than the last digit: ``1.5±0.2``.
+
+        Of a peak that points outwards at one place and inwards at another, the magnitude: ``±1.5±0.2``.
+        """
+        size = Chance(tuple(map(abs, self.values)), 0.0)
+        if min(self.values) < 0.0 < max(self.values) and 2.0 * size.half < min(self.half, size.median):
+            return f"±{size.text(scale, digits)}"
         more = f"±{self.half * scale:.{digits}f}" if self.shown(scale, digits) else ""
         return f"{self.median * scale:.{digits}f}{more}"
 
