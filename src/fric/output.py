@@ -6,11 +6,13 @@ import stat
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 from fric.errors import FricError
 
 REPLACE = "Name another file, or replace it with `force=True`."
+LOCKED_MOVE = find_spec("fcntl") is not None  # Whether a file that is open and locked can be moved
 WAIT = 30.0  # How long a file that another process adds to is waited for [s]
 
 FORMATS = {  # The type of a file by the ending of its name
@@ -72,8 +74,8 @@ def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
     """Give a temporary path beside ``path``; move it there when the block ends well, remove it otherwise.
 
     The temporary file is locked while this process lives, so that files left by killed processes are recognised and
-    removed. Without ``force`` the move fails where the output has come to be in the meantime: of two runs, the second
-    to end.
+    removed; on Windows, which moves no open file, they stay. Without ``force`` the move fails where the output has come
+    to be in the meantime: of two runs, the second to end.
     """
     path = Path(path)
     refuse_existing(path, force=force)
@@ -83,6 +85,9 @@ def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
         _remove_leftovers(target)
         while lock < 0:
             lock = _locked(draft)
+        if not LOCKED_MOVE:
+            os.close(lock)
+            lock = -1
         yield draft
         if force:
             os.replace(draft, target)
@@ -118,12 +123,20 @@ def _locked(draft: Path) -> int:
 
 
 def _take(lock: int) -> None:
-    """Lock an open file; an OSError where another process holds it, and where there are no locks (Windows)."""
-    try:
+    """Lock an open file; a `BlockingIOError` where another process holds it, an OSError where there are no locks."""
+    if LOCKED_MOVE:
         import fcntl
+
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return
+    try:
+        import msvcrt
+
+        msvcrt.locking(lock, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
     except ImportError:
         raise OSError("there are no locks here") from None
-    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise BlockingIOError from None
 
 
 def _remove_leftovers(target: Path) -> None:
@@ -158,8 +171,9 @@ def _move(draft: Path, target: Path) -> None:
 def alone(path: Path) -> Iterator[None]:
     """Let one process at a time add to a file; others wait for it."""
     target = _target(Path(path))
-    try:
-        lock = os.open(target.parent, os.O_RDONLY)  # the folder: the file itself is replaced, and its lock with it
+    beside = target.with_name(f".{target.name}.lock")
+    try:  # the folder: the file itself is replaced, and its lock with it; Windows opens no folder
+        lock = os.open(*((target.parent, os.O_RDONLY) if LOCKED_MOVE else (beside, os.O_RDWR | os.O_CREAT)))
     except OSError as error:
         raise _refused(path, error) from None
     try:
@@ -178,6 +192,8 @@ def alone(path: Path) -> Iterator[None]:
         yield
     finally:
         os.close(lock)
+        with suppress(OSError):  # another process waits with it
+            beside.unlink(missing_ok=True)
 
 
 def folder_made(folder: Path | str) -> Path:

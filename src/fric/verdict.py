@@ -313,6 +313,7 @@ def machine_name(file: str) -> str:
     return {str(path): name for name, path in bundled("machine").items()}.get(str(Path(file)), file)
 
 
+WIDE = 1.1  # Ratio of the ends of a glitch's range from which it is said
 EARNED = 0.05  # Share of the uncompensated glitch by which a scheme must be better to be worth its additional effort
 ENOUGH_MACHINES = 20  # Machines below which a share of 95 % is a guess
 NEARLY_ALL = 0.9  # Share of the drawn machines on which a scheme is better, from which it is, whatever the worst leave
@@ -490,10 +491,12 @@ def _between(low: float, high: float) -> str:
 
 
 def glitch_now(without: Candidate, evidence: Evidence) -> str:
-    """Return the glitch without compensation: as measured, or else as it is predicted."""
+    """Return the glitch without compensation: as measured, or else as it is predicted, with its range where wide."""
     if evidence.glitches is not None and without.scheme.name in evidence.measured:
         return readable(evidence.glitches[1], "m", 3)
-    return readable(without.middle, "m", 2)
+    drawn = [glitch for glitch in without.drawn if np.isfinite(glitch)]
+    low, high = np.quantile(drawn, [0.025, 0.975]).tolist() if drawn else (0.0, 0.0)
+    return _between(low, high) if high > WIDE * low > 0.0 else readable(without.middle, "m", 2)
 
 
 def headline(chosen: Candidate, without: Candidate | None, now: str, evidence: Evidence, *, kept: bool | None) -> str:

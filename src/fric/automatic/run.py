@@ -47,7 +47,7 @@ from fric.verb import Kind, verb
 from fric.verdict import Evidence, Verdict, decide
 
 EXAMPLE = "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"  # Gains as a text
-GAIN_NAMES = ("K_v", "K_p", "K_i", "velocity_filter", "velocity_feedforward", "sampling")
+GAIN_NAMES = ("K_v", "K_p", "K_i", "velocity_filter", "velocity_feedforward", "acceleration_feedforward", "sampling")
 _GAIN = re.compile(rf"({'|'.join(GAIN_NAMES)})\s*[=: ]\s*([^,;=]+)")
 _AXIS = re.compile(r"\s*(\w[\w.+-]*)\s*:\s*(?=K_)")
 APART = 1.25  # Ratio of a stated K_p to the interval of the logs from which it is another
@@ -58,7 +58,7 @@ FOUND: Mapping[str, tuple[str, ...]] = {  # Sections of each part's file that th
     "plant": (), "controller": (), "friction": ("static", "static_negative", "gms", "at_speed")
 }  # fmt: skip
 SHOWN = (  # The numbers that it shows
-    "A", "B", "T_d", "K_f", "K_f/B", "K_v", "K_p", "K_i", "velocity_feedforward",
+    "A", "B", "T_d", "K_f", "K_f/B", "K_v", "K_p", "K_i", "velocity_feedforward", "acceleration_feedforward",
     "F_c", "F_s", "v_s", "delta", "sigma", "F_v", "offset", "C",
 )  # fmt: skip
 

@@ -98,7 +98,8 @@ def stated_voltage(
         error[n] = (u - each * total) * inverse
         total += error[n]
     proportional = sampled.K_p * error
-    return StatedVoltage(volts + (acceleration + plant.A * velocity) / plant.B, proportional, volts - proportional)
+    model = cascade.acceleration_feedforward * (acceleration + plant.A * velocity) / plant.B
+    return StatedVoltage(volts + model, proportional, volts - proportional)
 
 
 def against_stated(cascade: Cascade, stated: StatedVoltage, voltage: Real, rate: float) -> StatedController:
@@ -201,6 +202,9 @@ SURE_ORDER = 1.05  # Least ratio of squared residuals by which a record tells on
 NO_INTEGRAL = 0.05  # Record over integral time below which a controller has no integral part
 LAGS = 0.25  # Least lag that is said; without velocity feedforward it is 1 [1/K_v]
 FED_ERROR = 0.05  # Error of the share of the reference velocity that is fed forward, by damping over gain [1]
+NO_MODEL, FASTEST = 3e-4, 5e-4
+"""Acceleration over velocity that is fed forward, up to which no inverse model is, and the least of one [s]: of a drive
+it is 1/(K_p·B), and its velocity loop has no 2000 rad/s."""
 WIDEST = 0.25  # Largest relative half-width of gains that a log determines
 USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 """Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
@@ -272,7 +276,12 @@ class FoundController:
             unseen = Estimate(1.0, "1", assumed=True)
             return replace(found, estimates={**self.estimates, "velocity_feedforward": unseen})
         if abs(late) <= half:
-            return found
+            ahead, apart = fit.fed_acceleration(log_values)
+            if max(abs(ahead), 1e-5) + apart > NO_MODEL:
+                return found
+            alone = Estimate(0.0, "1", (0.0, min((abs(ahead) + apart) / FASTEST, 1.0)))
+            cascade = replace(self.cascade, acceleration_feedforward=0.0)
+            return replace(found, cascade=cascade, estimates={**self.estimates, "acceleration_feedforward": alone})
         share = 0.0 if abs(1.0 - late) <= half else min(max(1.0 - late, 0.0), 2.0)
         half += abs(late) * gain.half_width / K_v
         if share == 0.0 and self.cascade.K_i:
@@ -466,6 +475,14 @@ class _Fit:
         """Return the reference velocity that is fed forward, over K_p [1], of a controller without an integral."""
         shares = np.linalg.lstsq(self.fed, self.u - self.volts(log_values), rcond=None)[0]
         return float(shares[2] / np.exp(log_values[1]))
+
+    def fed_acceleration(self, log_values: Real) -> tuple[float, float]:
+        """Return the reference acceleration that is fed forward, over K_p, and its 95 % half-width [s]."""
+        left, K_p = self.u - self.volts(log_values), float(np.exp(log_values[1]))
+        size = np.maximum(np.abs(self.fed).max(axis=0), 1e-300)
+        shares = np.linalg.lstsq(self.sized, left, rcond=None)[0]
+        error = hac_covariance(self.sized, left - self.sized @ shares, [len(left)])[3, 3]
+        return float(shares[3] / size[3]) / K_p, 1.96 * float(np.sqrt(error) / size[3]) / K_p
 
     def rest(self, log_values: Real) -> Real:
         """Return the residual of the recorded voltage [V] with a cascade and feedforward."""

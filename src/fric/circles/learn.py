@@ -241,7 +241,7 @@ def _learned(
     found = {}
     for name, axis in axes.items():
         plant, trace = axis.nominal or axis.plant, run.traces[name]
-        model = axis.cascade.velocity_feedforward * inverse_model(plant, references[name].ahead(axis.lead()))
+        model = axis.cascade.model_share * inverse_model(plant, references[name].ahead(axis.lead()))
         error = trace.reference - trace.measured
         learned = next_feedforward(trace.time, error, trace.input, model, before[name], plant, how)
         found[name] = np.rint(learned / VOLT) * VOLT

@@ -21,7 +21,7 @@ from fric.arrays import Real
 from fric.circles import tune_fit
 from fric.circles.gains import against_stated, lags, stated_voltage
 from fric.circles.measured import MeasuredCircle, measured_from_run
-from fric.circles.revolutions import fit_circle, revolutions
+from fric.circles.revolutions import fit_circle, revolutions, steady
 from fric.circles.tune_fit import Balance, FittedBalance, TunedAxis, VoltageRecord, fit, recorded_again, refined
 from fric.contour import QUADRANTS, circularity, of_axes
 from fric.control.scheme import OBSERVER, PAPER_SCHEMES, Scheme
@@ -373,10 +373,13 @@ def _of(test: MeasuredCircle, predicted: Sequence[CircleForecast]) -> list[Circl
 
 
 def measured_quadrants(test: MeasuredCircle) -> tuple[float, float, float, float]:
-    """Return the glitch of a circle that was measured at +x, +y, -x and -y [m], around its centre."""
+    """Return the glitch of a circle that was measured at +x, +y, -x and -y [m], around its centre, at steady feed."""
     first, second = test.together()
     a, b, _ = fit_circle(first.asked, second.asked)
-    return circularity(first.position - a, second.position - b, test.radius).quadrants
+    angle = np.unwrap(np.arctan2(second.asked - b, first.asked - a))
+    inside = steady(first.time, angle)  # without its run-out, where a reversal is at another feed
+    inside = inside if np.ptp(angle[inside]) >= 2 * np.pi else slice(None)
+    return circularity(first.position[inside] - a, second.position[inside] - b, test.radius).quadrants
 
 
 def measured_glitch(test: MeasuredCircle) -> float:

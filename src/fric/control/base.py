@@ -144,13 +144,20 @@ class CascadeGains(ControlBlock):
     sampling: Annotated[float, "frequency"]
     limit: Annotated[float, "input"] = float("inf")
     velocity_feedforward: Annotated[float, "ratio"] = 1.0
+    acceleration_feedforward: Annotated[float, "ratio"] = 1.0
 
     def __post_init__(self) -> None:
         gains = dict.fromkeys(("K_v", "K_p", "velocity_filter", "sampling"), f"[{1 / GAIN}, {GAIN}]")
-        others = {"K_i": f"[0, {GAIN}]", "limit": "(0, inf]", "velocity_feedforward": "[0, 2]"}
+        shares = dict.fromkeys(("velocity_feedforward", "acceleration_feedforward"), "[0, 2]")
+        others = {"K_i": f"[0, {GAIN}]", "limit": "(0, inf]", **shares}
         require_within(self, "the controller", **gains, **others)
 
     @property
     def T_s(self) -> float:
         """Sampling period [s]."""
         return 1.0 / self.sampling
+
+    @property
+    def model_share(self) -> float:
+        """Share of the inverse model that is fed forward [1]."""
+        return self.velocity_feedforward * self.acceleration_feedforward

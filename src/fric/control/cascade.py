@@ -50,6 +50,8 @@ class Cascade(CascadeGains):
     limit: saturation of the control voltage; none where left out [V]
     velocity_feedforward: share of the reference velocity and of the inverse model that is fed forward: 0 of a drive
         whose velocity feedforward is off, which lags by 1/K_v [1]
+    acceleration_feedforward: what is left of that share for the inverse model: 0 of a drive that feeds forward the
+        velocity alone [1]
 
     Raises FricError: When a value is not positive (K_i may be zero).
     """

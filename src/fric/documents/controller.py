@@ -19,9 +19,9 @@ class ControllerPart(FilePart[Cascade]):
 
     @classmethod
     def of(cls, given: object, motion: Motion) -> dict[str, Any]:
-        """Return the cascade for a file; full velocity feedforward, the default, is left out."""
+        """Return the cascade for a file; full feedforward, the default, is left out."""
         known = super().of(given, motion)
-        return {name: item for name, item in known.items() if name != "velocity_feedforward" or float(item) != 1.0}
+        return {name: item for name, item in known.items() if not name.endswith("_feedforward") or float(item) != 1.0}
 
 
 class MarginsPart(Part):

@@ -582,6 +582,7 @@ def _number(given: Quantity | None) -> float:
     return float(value) if isinstance(value, int | float) and abs(value) < inf else 0.0
 
 
+KNOWN_GAIN = 0.02  # Relative half-width of K_p up to which it is not drawn: the loop is that of its gains
 NO_INTERVAL = "no parameter has a 95 % interval"
 
 
@@ -643,6 +644,8 @@ def read_identified(
             undrawn += open_ended
         if undrawn:
             warnings.append(NOT_DRAWN.found(f"axis {name}", names=undrawn))
+        if found and gains[name] > KNOWN_GAIN and K_p.ci95 and None not in K_p.ci95:
+            found |= closed_intervals("K_p", kept.K_p.si("velocity gain", part.motion))[0]
         if found:
             intervals[name] = found
             covariances[name] = [*(identified or part.friction).covariances()]

@@ -150,7 +150,7 @@ def _loop_arguments(
     require_stable(axis, setting, controller, others)
     step, state, parameters, constants = true_axis(axis, float(reference.position[0]), began)
     ahead = reference.ahead(setting.lead)
-    model = cascade.velocity_feedforward * inverse_model(setting.plant, ahead)
+    model = cascade.model_share * inverse_model(setting.plant, ahead)
     tolerance = velocity_tolerance(accuracy, cascade.K_v * cascade.K_p * plant.B, cascade.T_s)
     if against is not None:
         against = np.ascontiguousarray(against, float)

@@ -7,12 +7,13 @@ friction that is fed forward, the nominal plant of the inverse model, the observ
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import exp, inf, log
+from math import exp, inf, log, sqrt
 from typing import Any, Literal, get_args
 from zlib import crc32
 
 import numpy as np
 
+from fric.control.cascade import Cascade
 from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError, require_known
 from fric.estimate import NORMAL_97_5, Covariance, Estimate, as_filed, elements
@@ -263,6 +264,7 @@ def draw_machine(
             plant=replace(plant, T_d=max(plant.T_d, min(hold, axis.plant.T_d))),  # it holds the half sample
             nominal=axis.nominal or axis.plant,
             friction=_friction(axis.friction, draws),
+            cascade=_cascade(axis.cascade, draws),
             load=draws.value("offset", axis.load, float("-inf"), "load"),
         ).placed(float(draws.generator("place").random()))
         drawn |= draws.drawn
@@ -284,6 +286,21 @@ def _plant(plant: Plant, draws: _Draws) -> Plant:
     B = draws.value("B", plant.B, 0.0, "B", "K_f") / (1.0 if "B" in draws.intervals else mass)
     T_d, K_f = (draws.value(name, getattr(plant, name), 0.0, name) for name in ("T_d", "K_f"))
     return replace(plant, A=A, B=B, T_d=T_d, K_f=K_f)
+
+
+def _cascade(cascade: Cascade, draws: _Draws) -> Cascade:
+    """Return the gains for a K_p from its interval: a slow log shows K_p·K_v + K_i and K_v·K_i far better than K_p."""
+    if "K_p" not in draws.intervals:
+        return cascade
+    K_p, total, product = (
+        draws.value("K_p", cascade.K_p, 0.0),
+        cascade.K_p * cascade.K_v + cascade.K_i,
+        cascade.K_v * cascade.K_i,
+    )
+    root = sqrt(max(total**2 - 4.0 * K_p * product, 0.0))
+    first = cascade.K_v * cascade.K_p >= cascade.K_i
+    K_v = 0.5 * (total + (root if first else -root)) / K_p
+    return replace(cascade, K_v=K_v, K_p=K_p, K_i=product / K_v)
 
 
 def _friction(model: FrictionModel, draws: _Draws, prefix: str = "") -> FrictionModel:

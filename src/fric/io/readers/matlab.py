@@ -219,15 +219,15 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
     stamped = whole_stamps([*map(Column, names)], [*columns.values()].__getitem__, range(len(names)))
     columns = dict(zip(names, stamped, strict=True))
     records = _records(columns)
-    found = {name: match for name in records if (match := _AXIS.fullmatch(name))}
+    found = {name: match for name in records if (match := _AXIS.fullmatch(name) or _AXIS.fullmatch(name.split(".")[0]))}
     axes = {name: (match["letter"] or match["number"] or match["name"]).lower() for name, match in found.items()}
     said_of = {name: [said for at, said in constants.items() if at.startswith(f"{name}.")] for name in records}
     axes |= {name: axis for name, texts in said_of.items() if name and (axis := axis_of(*texts))}
-    axes = axes if 1 < len({*axes.values()}) == len(records) else {}
+    axes = axes if len({*axes.values()}) > 1 and len(axes) == len(records) else {}
     for name, fields in records.items():
         titles = tuple(map(named, fields))
         said = {"name": f"{path.stem}-{name}", RECORD: name} if len(records) > 1 else {}
-        said |= {"axis": axes[name], OF_SEVERAL: " ".join(axes.values())} if axes else {}
+        said |= {"axis": axes[name], OF_SEVERAL: " ".join(dict.fromkeys(axes.values()))} if axes else {}
         own = {key.removeprefix(f"{name}."): text for key, text in constants.items() if key.startswith(f"{name}.")}
         others = tuple(f"{other}." for other in records if other != name)
         shared = {key: text for key, text in constants.items() if not key.startswith(others)}
