@@ -9,6 +9,7 @@ import numpy as np
 from fric.documents.mapping import Layout
 from fric.input import refuse_declared
 from fric.io.readers.base import BLOCK, Column, ForeignTable, Format, RowBlock, library, named, numbers
+from fric.io.readers.text import MOST_HELD, parted
 
 FORMAT = Format("Parquet", (".parquet",), "pyarrow.parquet", "parquet")
 
@@ -23,7 +24,21 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     parquet = library(FORMAT)
     with parquet.ParquetFile(path) as file:
         refuse_declared(path, 8 * file.metadata.num_rows * file.metadata.num_columns)
-        yield ParquetTable(path, file)
+        table = ParquetTable(path, file)
+        yield from _of_ids(table, file) or [table]
+
+
+def _of_ids(table: "ParquetTable", file: Any) -> Sequence[ForeignTable]:
+    """Return a table for each word of the only column of words, as of text."""
+    kinds = [str(field.type) for field in file.schema_arrow]
+    words = [n for n, kind in enumerate(kinds) if "string" in kind]
+    if len(words) != 1 or table.path.stat().st_size > MOST_HELD:
+        return []
+    rest = [n for n in range(len(kinds)) if n not in words]
+    blocks = [block.columns for block in table.blocks(rest)]
+    values = [np.concatenate(pieces) for pieces in zip(*blocks, strict=True)]
+    named = file.read(columns=[file.schema_arrow[words[0]].name]).column(0).to_pandas().astype("str").str.strip()
+    return parted(table, named, [table.columns[n] for n in rest], values)
 
 
 class ParquetTable(ForeignTable):

@@ -441,15 +441,27 @@ def _of_ids(table: "TextTable", rows: Sequence[Sequence[str]]) -> Sequence[Forei
         return []
     frame = pd.concat([frame for frame, _ in table.frames()], ignore_index=True)
     for k in ids:
-        named, rest = frame[k].astype("str").str.strip(), [n for n in range(len(table.columns)) if n != k]
-        begins = np.flatnonzero(named != named.shift())
+        rest = [n for n in range(len(table.columns)) if n != k]
         values = [as_numbers(frame[n], decimal, table.columns[n].unit) for n in rest]
-        clocks = [x for n, x in zip(rest, values, strict=True) if spoken(table.columns[n]).quantity == "time"] or values
-        if 1 < len(begins) == named.nunique() and any(_begins_again(x, begins[1:]) for x in clocks):
-            pieces = zip(named[begins], *(np.split(x, begins[1:]) for x in values), strict=True)
-            columns = [table.columns[n] for n in rest]
-            return [Memory(table.path, columns, x, table.constants, {"name": of, RECORD: of}) for of, *x in pieces]
+        if found := parted(table, frame[k].astype("str").str.strip(), [table.columns[n] for n in rest], values):
+            return found
     return []
+
+
+def parted(
+    table: ForeignTable, named: pd.Series, columns: Sequence[Column], values: Sequence[Real]
+) -> Sequence[ForeignTable]:
+    """Return a table for each id of rows, where a clock or a count begins again, or jumps, at each; else none.
+
+    named: The id of each row.
+    columns, values: The other columns.
+    """
+    begins = np.flatnonzero(named != named.shift())
+    clocks = [x for of, x in zip(columns, values, strict=True) if spoken(of).quantity == "time"] or values
+    if not (1 < len(begins) == named.nunique() and any(_begins_again(x, begins[1:]) for x in clocks)):
+        return []
+    pieces = zip(named[begins], *(np.split(x, begins[1:]) for x in values), strict=True)
+    return [Memory(table.path, columns, x, table.constants, {"name": of, RECORD: of}) for of, *x in pieces]
 
 
 def _begins_again(x: Real, places: Indices) -> bool:
