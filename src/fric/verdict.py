@@ -548,7 +548,9 @@ def nothing(evidence: Evidence) -> str:
         doubt = f"predicted {predicted}, measured {measured}. Are the gains, and the circle, those of this machine?"
         return f"No scheme is recommended: {doubt}"
     if evidence.rotary:
-        return "No scheme is recommended: schemes are compared on a circle, which needs a linear axis."
+        said = "schemes are compared on a circle, which needs a linear axis."
+        screw = 'Of a screw, say in a mapping what a count or an angle is as a length: `scale: "0.1 um"`.'
+        return f"No scheme is recommended: {said} {screw}"
     if evidence.missing:
         names = dict.fromkeys(re.split("[:,]", text)[0] for text in evidence.missing)
         return f"No scheme is recommended yet. Missing for a circle: {', '.join(names)}."

@@ -406,7 +406,7 @@ class _Axes:
         tree = (plain(read_tree(files["friction"])) if files["friction"].exists() else None) or {}
         limits = [(tree.get("static") or {}).get(of, {}).get("ci95") for of in ("F_s", "v_s")]
         shown = all(of and None not in of for of in limits)  # by a motion, too
-        lacks = [text for text in plan.missing if not (shown and text == NO_STRIBECK)]
+        lacks = [text for text in plan.missing if not (shown and text.startswith(NO_STRIBECK))]
         lacks += [NO_STRIBECK] * ("at_speed" in tree)  # of strokes at one speed
         missing, paths = [*lacks, *broken], [source.path for source in of_axis]
         return AxisOutcome(of_axis[0].motion, done, missing, files, paths), left_out
@@ -549,7 +549,9 @@ def axis_steps(
         form = {"delta": "1", "over_position": "off", "direction": "both"} if lean else {}
         identify("static", strokes, static, known, damping | form)
     else:
-        missing.append(NO_STRIBECK if moving and not responses else NO_STRIBECK.removeprefix("F_s and v_s of the "))
+        text = NO_STRIBECK if moving and not responses else NO_STRIBECK.removeprefix("F_s and v_s of the ")
+        unfit = next((log.unfit for log in logs if log.unfit and "constant-velocity" in log.kinds), "")
+        missing.append(text + f" ({unfit})" * bool(unfit))
     if slow := of(*PRESLIDING, use="gms"):
         sines = list(dict.fromkeys([*slow, *of("sliding-sine", use="gms")]))
         given = {"static": static} if strokes else {}

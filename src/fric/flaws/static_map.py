@@ -7,6 +7,7 @@ from fric.notice import Severity
 
 REMOVED = 0.05  # Subtracted share of friction up to which nothing is to be done: beyond, it widens a prediction
 SCATTERED = 0.1  # Scatter between strokes, as a share of their force, above which a map of speed is doubted
+ANOTHER = 0.5  # The same above which strokes cannot be of one axis
 SMALL, LARGE = 0.01, 0.1
 """Subtracted share of friction up to which there is no doubt, and above which the result is wrong."""
 STICKS = 0.6  # Swing of the speed above which the axis rests during a stroke: its mean force belongs to no velocity
@@ -44,9 +45,10 @@ F_C_AT_BOUND = Flaw("F_c-at-bound", "wrong", "F_c is 0, its bound: friction stil
 STROKES_STAND_OFF = Flaw("strokes-stand-off", lambda f: "doubt" if f.share > SCATTERED else "note",
     "Strokes deviate by up to {most:2} and weigh less: {strokes}. A slow axis may stick between two counts.",
     "Look at their records. In logs slower than the loop, speeds of whole counts a sample err alike: log others, too.")
-STROKES_SCATTER = Flaw("strokes-scatter", lambda f: "doubt" if f.share > SCATTERED else "note",
+STROKES_SCATTER = Flaw("strokes-scatter",
+    lambda f: "wrong" if f.share > ANOTHER else "doubt" if f.share > SCATTERED else "note",
     "Strokes scatter by {spread:2} beyond noise, {share:.0%} of the force: weights and intervals allow for it.",
-    "{large:Friction that does not repeat, play or a hunting axis is not a map of speed. Look at their records.|}")
+    "{large:Are they of two machines? Friction that does not repeat, play, a hunting axis are no map of speed.|}")
 STROKES_IN_PRESLIDING = Flaw("strokes-in-presliding", "doubt",
     "At {speeds} the force still rises when strokes end: they do not slide, and are left out.",
     "Log longer strokes.", widens={"v_s": 0.3})

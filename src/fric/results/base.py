@@ -145,6 +145,7 @@ def named(
     words = dict(flaw_of(notice).word for notice in notices)
     if not any(names := plain_names(row[0] for row in rows)):
         return Table(columns, rows, title)
+    names = ["moment of inertia" if "kg·m²" in row else name for row, name in zip(rows, names, strict=True)]
     said = [f"{name}, {words[row[0]]}" if row[0] in words else name for row, name in zip(rows, names, strict=True)]
     return Table((*columns, NAMES), [(*row, f"  {name}") for row, name in zip(rows, said, strict=True)], title)
 
