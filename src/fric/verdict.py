@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from os import sep
 from pathlib import Path
 from shlex import quote
 from types import MappingProxyType
@@ -310,7 +311,7 @@ def evidence_of(
 
 def machine_name(file: str) -> str:
     """Return the name of a machine in a command: that of a bundled machine, else the path of its file."""
-    return {str(path): name for name, path in bundled("machine").items()}.get(str(Path(file)), file)
+    return {str(path): name for name, path in bundled("machine").items()}.get(str(Path(file)), file.replace(sep, "/"))
 
 
 WIDE = 1.1  # Ratio of the ends of a glitch's range from which it is said
@@ -494,9 +495,8 @@ def glitch_now(without: Candidate, evidence: Evidence) -> str:
     """Return the glitch without compensation: as measured, or else as it is predicted, with its range where wide."""
     if evidence.glitches is not None and without.scheme.name in evidence.measured:
         return readable(evidence.glitches[1], "m", 3)
-    drawn = [glitch for glitch in without.drawn if np.isfinite(glitch)]
-    low, high = np.quantile(drawn, [0.025, 0.975]).tolist() if drawn else (0.0, 0.0)
-    return _between(low, high) if high > WIDE * low > 0.0 else readable(without.middle, "m", 2)
+    low, high = without.predicted.ci95 if without.predicted else (0.0, 0.0)
+    return _between(low, high) if np.isfinite(high) and high > WIDE * low > 0.0 else readable(without.middle, "m", 2)
 
 
 def headline(chosen: Candidate, without: Candidate | None, now: str, evidence: Evidence, *, kept: bool | None) -> str:
@@ -561,7 +561,7 @@ def nothing(evidence: Evidence) -> str:
 
 def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = None) -> Iterator[str]:
     """Yield the next commands, the most urgent first."""
-    machine, circle = quote(evidence.machine), quote(evidence.circle)
+    machine, circle = quote(evidence.machine), quote(evidence.circle.replace(sep, "/"))
     if evidence.rotary or evidence.failed:
         return
     if evidence.designed:
@@ -573,7 +573,7 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         yield 'fric plan --stroke "300 mm" --feed "100 mm/s" -o plan   # motions that record what is missing'
         return
     if evidence.disagreements and evidence.agree:
-        circle = quote(str(_circle_apart(evidence)))
+        circle = quote(_circle_apart(evidence).as_posix())
     if evidence.disagreements or evidence.far:
         yield f"fric diagnose {circle} --machine {machine} --plot circle.png"
         if any(notice.code == CIRCLE_UNUSED.code for notice in evidence.distrust):  # no fit: nor can it be tuned

@@ -75,7 +75,7 @@ class Step:
             flag = f"--{name.replace('_', '-')}"
             words += [flag] if value is True else _repeated(flag, value)
         words += _repeated("-o", self.output) + _repeated("--plot", self.plot)
-        return (*map(str, words), "--force")
+        return (*(word.as_posix() if isinstance(word, Path) else str(word) for word in words), "--force")
 
     def make(self, advance: Advance = silent) -> Result:
         """Call the verb, write its outputs, and return its result."""

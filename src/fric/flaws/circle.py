@@ -36,7 +36,7 @@ CIRCLE_CANNOT_RUN = Flaw("circle-cannot-run", "wrong", "The identified machine c
     disagrees=True)
 COMPLETED_DISAGREES = Flaw("completed-disagrees", "wrong",
     "The fitted machine does not reproduce its circle ({glitches}).",
-    "Was a compensation on, a gain changed, velocity or acceleration not fed forward? State what is on: the controller.",
+    "Was a compensation on, a gain changed, velocity or acceleration not fed forward? State it with the gains.",
     disagrees=True)
 DELAY_DIFFERS = Flaw("delay-differs", "wrong",
     "The delay is {plant} in the plant file, {circle} on the circle: a log shifts position or voltage.")
