@@ -23,7 +23,8 @@ def end():
     os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(2.0)
     os._exit(1)
-threading.Thread(target=end, daemon=True).start()
+if os.name != 'nt':  # where a thread that waits for input holds up each library that looks at it
+    threading.Thread(target=end, daemon=True).start()
 """
 _LISTENER: ContextVar[Callable[[str], object] | None] = ContextVar("listener", default=None)
 
