@@ -33,6 +33,8 @@ one = fric.circle("xy-table", "a", revolutions=1, machines=2, workers=2, seed=3)
 two = fric.circle("xy-table", "a", revolutions=1, machines=2, workers=1, seed=3)
 assert (one.many.glitches == two.many.glitches).all()
 print(len(one.many))
+one.save("run.h5")  # no lock of a file holds it open while it is moved
+assert sorted(os.listdir()) == ["run.h5", "script.py"], os.listdir()
 """
 
 
