@@ -179,14 +179,14 @@ def from_one_place(seed: int, varies: float) -> list[Log]:
 
 
 def test_slow_strokes_at_one_place_of_friction_over_position_leave_F_s_open() -> None:
-    """Slow strokes see one place of it: F_s was held by 12 % of its intervals. (Chance of failing: 6e-5.)"""
+    """Slow strokes see one place of it: F_s was held by 12 % of its intervals. (Chance of failing: 9e-5.)"""
     held = 0
-    for seed in range(10):
+    for seed in range(6):
         fit = identify_static(from_one_place(seed, 0.01), Asked()).static
         assert fit is not None
         low, high = fit.estimates["F_s"].limits
         held += low < 95.0 < high
-    assert held >= 6
+    assert held >= 3
     plain, varied = (identify_static(from_one_place(3, varies), Asked()).static for varies in (0.0, 0.01))
     assert plain is not None
     assert varied is not None

@@ -168,12 +168,12 @@ def test_records_at_rest_end_in_a_sentence() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rho", "seeds"), [(0.9, 20), *(pytest.param(rho, 100, marks=pytest.mark.long(15)) for rho in (0.0, 0.9))]
+    ("rho", "seeds"), [(0.9, 10), *(pytest.param(rho, 100, marks=pytest.mark.long(15)) for rho in (0.0, 0.9))]
 )
 def test_intervals_cover_with_correlated_noise(rho: float, seeds: int) -> None:
     """Ordinary intervals of correlated noise cover far less, which the second figure shows.
 
-    Chance of failing: one in a thousand, for 80 numbers and for 400.
+    Chance of failing: one in a thousand, for 40 numbers and for 400.
     """
     true = dict(zip(("M", "F_v", "F_c", "offset"), (M, F_V, F_C, OFFSET), strict=True))
     inside, plain, total = 0, 0, 0

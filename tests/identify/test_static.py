@@ -321,10 +321,10 @@ def test_intervals_hold_where_a_tenth_of_the_strokes_is_off() -> None:
 
 
 def _sessions(
-    slowest: tuple[float, float], deltas: tuple[float, ...], most: float
+    slowest: tuple[float, float], deltas: tuple[float, ...], most: float, count: int
 ) -> Iterator[tuple[StaticMap, StaticFit]]:
     """Yield machines and their maps; the slowest stroke is at these powers of ten of v_s."""
-    for seed in range(45):
+    for seed in range(count):
         rng = np.random.default_rng(seed)
         v_s, scatter = 10 ** rng.uniform(-3.3, -2.0), 10 ** rng.uniform(-3.0, -2.0)
         F_s, sigma, delta = rng.uniform(1.1, most), rng.uniform(1.0, 10.0), float(rng.choice(deltas))
@@ -334,22 +334,23 @@ def _sessions(
         yield friction, identify_static([ForceVelocity(v, F, error=np.full(len(v), 1e-4))], Asked())
 
 
-@pytest.mark.parametrize(("seen", "slowest", "deltas", "most", "names"), [
-    (False, (0.5, 1.2), (0.5,), 1.4, ("F_c", "sigma")),
-    pytest.param(True, (-0.3, 0.5), (0.5, 1.0, 2.0), 1.8, ("F_s", "v_s"), marks=pytest.mark.long(8)),
+@pytest.mark.parametrize(("seen", "slowest", "deltas", "most", "names", "count"), [
+    (False, (0.5, 1.2), (0.5,), 1.4, ("F_c", "sigma"), 20),
+    pytest.param(False, (0.5, 1.2), (0.5,), 1.4, ("F_c", "sigma"), 45, marks=pytest.mark.long(4)),
+    pytest.param(True, (-0.3, 0.5), (0.5, 1.0, 2.0), 1.8, ("F_s", "v_s"), 45, marks=pytest.mark.long(8)),
 ])  # fmt: skip
-def test_intervals_hold_what_lies_below_the_slowest_stroke(seen, slowest, deltas, most, names) -> None:
+def test_intervals_hold_what_lies_below_the_slowest_stroke(seen, slowest, deltas, most, names, count) -> None:
     """A rest of an unseen fall is taken for F_c and less sigma: they were held in 6 and 13 of 29 such sessions; F_s and
     v_s depend on the shape of the fall below the strokes: they were held in 29 and 28 of 38.
     """  # fmt: skip
     held = []
-    for friction, fit in _sessions(slowest, deltas, most):
+    for friction, fit in _sessions(slowest, deltas, most, count):
         if seen != any(notice.code == "fall-not-seen" for notice in fit.warnings):
             limits = [_limits(fit, name) for name in names]
             held.append(
                 [low <= getattr(friction, name) <= high for name, (low, high) in zip(names, limits, strict=True)]
             )
-    assert len(held) >= 20
+    assert len(held) >= 0.45 * count
     assert np.all(np.sum(held, axis=0) >= fewest(len(held)))
 
 
