@@ -26,7 +26,7 @@ SHOWING = [page for page in examples.PAGES if examples.examples(page)]
 
 LONG = {
     "target-linuxcnc": 400, "plan": 30, "tutorial": 9, "gallery": 10, "schemes": 14, "data-quality": 8, "targets": 7,
-    "target-mat": 1, "target-xlsx": 1, "target-twincat": 1, "target-sinumerik": 6,
+    "target-mat": 1, "target-xlsx": 1, "target-st": 1, "target-csv": 1, "target-twincat": 1, "target-sinumerik": 6,
     "target-fmi": 2, "monte-carlo": 2,
 }  # fmt: skip
 """Pages whose examples take long, and how long [s]; what those of targets do is in tests/export/test_command.py."""

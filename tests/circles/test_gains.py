@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.log import Log
 from fric.results.identify import GainsResult
+from tests.turns import in_turns
 
 BOUNDS = {"K_v": 0.01, "K_p": 0.01, "K_i": 0.02, "velocity_filter": 0.05}
 
@@ -241,8 +243,9 @@ def rests_on(noise: float, ratio: float, seed: int) -> tuple[fric.Log, tuple[flo
     return fric.Log(t, position=z, reference=r, input=u, kind="motion"), (K_v, K_p, K_i)
 
 
-@pytest.mark.parametrize("ratio", [1.0, pytest.param(1.05, marks=pytest.mark.long(1)), 1.6])
-@pytest.mark.parametrize("noise", [0.0003, 0.003])
+@pytest.mark.parametrize(
+    ("noise", "ratio"), in_turns(product((0.0003, 0.003), (1.0, 1.05, 1.6)), [(0.0003, 1.6), (0.003, 1.0)])
+)
 def test_gains_that_are_alike_have_intervals_that_are_bounded_and_hold_them(noise: float, ratio: float) -> None:
     """K_v of 60 on a circle was 60.65 (0 … open): where both rates are alike, no gradient shows their error.
 
@@ -337,7 +340,7 @@ def fed_by(machine: fric.Machine, share: float) -> fric.Machine:
     return replace(machine, axes=fed)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.5])
+@pytest.mark.parametrize("share", in_turns([0.0, 0.5], [0.5], 2))
 def test_a_loop_with_less_velocity_feedforward_is_identified_and_simulated(share: float) -> None:
     """Friction fed forward switches too early there: (b) left 75 µm of a circle on which 61 were predicted."""
     whole = fric.read_machine("virtual-rig")
@@ -395,8 +398,7 @@ RAMP = np.concatenate([np.zeros(300), np.arange(4000) * 0.5e-6, np.full(600, 2e-
 SLOW = {"stroke": np.concatenate([RAMP, RAMP[::-1]]), "sine": 0.4e-3 * np.sin(2 * np.pi * 0.3 * np.arange(9000) / 1e3)}
 
 
-@pytest.mark.parametrize("along", SLOW)
-@pytest.mark.parametrize("scale", [1.0, 1.15])
+@pytest.mark.parametrize(("scale", "along"), in_turns(product((1.0, 1.15), SLOW), [(1.0, "sine"), (1.15, "stroke")], 2))
 def test_a_lag_by_friction_is_no_missing_feedforward(scale: float, along: str) -> None:
     """Of an axis with full velocity feedforward 0.88 (0.76 … 0.99) was found, and its circle became an ellipse.
 
@@ -410,7 +412,7 @@ def test_a_lag_by_friction_is_no_missing_feedforward(scale: float, along: str) -
     assert low < 55.0 < high
 
 
-@pytest.mark.parametrize("scale", [1.0, 1.3])
+@pytest.mark.parametrize("scale", in_turns([1.0, 1.3], [1.3], 2))
 def test_gains_of_a_slower_log_hold_what_happens_between_its_samples(scale: float) -> None:
     """Of every third sample K_p was 0.89 (0.85 … 0.94) of the truth."""
     ways = [np.concatenate([np.zeros(300), np.arange(1500) * v, np.full(600, 1500 * v)]) for v in (0.5e-6, 2e-6, 8e-6)]
