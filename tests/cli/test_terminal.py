@@ -190,7 +190,7 @@ def test_what_is_open_is_asked_once_and_kept_beside_the_logs(command: str, tmp_p
     assert "⠀" in text
     mapping = (logs / "fric-mapping.yaml").read_text()
     assert '"?"' not in mapping
-    words[-1] += "2" if command == "auto" else ".h5"
+    words[-1] += "" if command == "auto" else ".h5"  # its steps are up to date, and its logs are read anew
     with undrawn():
         status, shown, _ = screen_of(words, tmp_path, typed=["\n"])
     assert status == 0, "\n".join(shown)
