@@ -19,7 +19,7 @@ from fric.io.hdf5 import write_logs
 from fric.log import FrequencyResponse, Log
 from tests.identify import flawed_axis as flawed
 from tests.identify.excited_axis import X, shaken
-from tests.identify.test_rigid_body import EMPS, F_C, F_V, OFFSET, M, motion
+from tests.identify.test_rigid_body import F_C, F_V, OFFSET, M, motion
 
 RUN = CliRunner()
 
@@ -84,28 +84,6 @@ def test_a_motion_gives_mass_and_friction(tmp_path: Path) -> None:
     assert told["fit"]["condition_number"] > 1
     each = identified(tmp_path, [log], "--direction", "each")
     assert "F_c_negative" in each["fit"]["parameters"]
-
-
-@pytest.mark.real
-def test_the_published_benchmark_from_file_to_plant(tmp_path: Path) -> None:
-    if not EMPS.parent.exists():
-        pytest.skip("the real logs are not in ../shared/data")
-    mapping = Path("configs/mappings/emps.yaml").resolve()
-    log, out = tmp_path / "emps.h5", tmp_path / "plant.yaml"
-    assert (
-        RUN.invoke(app, ["ingest", str(EMPS), "--map", str(mapping), "--kind", "motion", "-o", str(log)]).exit_code == 0
-    )
-    done = RUN.invoke(app, ["identify", "plant", str(log), "-o", str(out), "--json"])
-    told = json.loads(done.stdout)
-    parameters = told["fit"]["parameters"]
-    assert {name: round(p["value"], 4) for name, p in parameters.items()} == {
-        "M": 95.1089, "F_v": 203.5034, "F_c": 20.3935, "offset": -3.1648,
-    }  # fmt: skip
-    assert {name: round(p["deviation"], 4) for name, p in parameters.items()} == {
-        "M": 0.1085, "F_v": 1.1460, "F_c": 0.1012, "offset": 0.0444,
-    }  # fmt: skip
-    assert told["K_f"]["value"] == pytest.approx(35.15065, rel=1e-6)
-    assert told["B"]["value"] == pytest.approx(35.15065 / 95.1089, rel=1e-6)
 
 
 @pytest.mark.parametrize("unit", ["dB", "dB(m/V)"])

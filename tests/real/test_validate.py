@@ -15,12 +15,30 @@ pytestmark = [pytest.mark.real, pytest.mark.skipif(not RECORD.exists(), reason="
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory):
+def identified(tmp_path_factory):
+    """Its log, its plant, and what was told of that."""
     folder = tmp_path_factory.mktemp("emps")
     log, plant = folder / "emps.h5", folder / "plant.yaml"
     fric("ingest", RECORD, "--map", ROOT / "configs/mappings/emps.yaml", "-o", log)
-    fric("identify", "plant", log, "-o", plant)
-    return log, plant
+    return log, plant, json.loads(fric("identify", "plant", log, "-o", plant, "--json").stdout)
+
+
+@pytest.fixture
+def files(identified):
+    return identified[:2]
+
+
+def test_the_published_benchmark_from_file_to_plant(identified):
+    told = identified[-1]
+    parameters = told["fit"]["parameters"]
+    assert {name: round(p["value"], 4) for name, p in parameters.items()} == {
+        "M": 95.1089, "F_v": 203.5034, "F_c": 20.3935, "offset": -3.1648,
+    }  # fmt: skip
+    assert {name: round(p["deviation"], 4) for name, p in parameters.items()} == {
+        "M": 0.1085, "F_v": 1.1460, "F_c": 0.1012, "offset": 0.0444,
+    }  # fmt: skip
+    assert told["K_f"]["value"] == pytest.approx(35.15065, rel=1e-6)
+    assert told["B"]["value"] == pytest.approx(35.15065 / 95.1089, rel=1e-6)
 
 
 def closed_loop(log, plant, *words):
