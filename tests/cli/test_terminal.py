@@ -166,7 +166,7 @@ def test_the_steps_of_auto_fit_80_columns() -> None:
 
 def log_without_units(folder: Path) -> Path:
     """Write a log of moves there and back whose header gives no units, and whose values leave them open."""
-    t = np.arange(3000) * 1e-3
+    t = np.arange(6000) * 1e-3
     v = 8.0 * np.clip(3.0 * np.sin(2.0 * np.pi * t / 1.5), -1.0, 1.0)
     v = np.convolve(v, np.ones(60) / 60.0, "same")
     rng = np.random.default_rng(5)
