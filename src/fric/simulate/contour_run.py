@@ -85,7 +85,8 @@ class Chance:
         Of a peak that points outwards at one place and inwards at another, the magnitude: ``±1.5±0.2``.
         """
         size = Chance(tuple(map(abs, self.values)), 0.0)
-        if min(self.values) < 0.0 < max(self.values) and 2.0 * size.half < min(self.half, size.median):
+        large = size.median * scale >= 10 ** (1 - digits)
+        if large and min(self.values) < 0.0 < max(self.values) and 2.0 * size.half < min(self.half, size.median):
             return f"±{size.text(scale, digits)}"
         more = f"±{self.half * scale:.{digits}f}" if self.shown(scale, digits) else ""
         return f"{self.median * scale:.{digits}f}{more}"
