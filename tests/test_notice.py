@@ -3,11 +3,13 @@ import pickle
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.base import Flaw
-from fric.notice import Notice
+from fric.notice import Notice, enumerated
 
 LATE = Flaw(
     "force-lags",
@@ -52,3 +54,17 @@ def test_a_plain_text_becomes_a_doubt_and_a_notice_stays_itself() -> None:
 def test_no_other_severity_is_taken(severity: object) -> None:
     with pytest.raises(FricError, match="note, doubt, wrong"):
         Notice("x", "c", severity)  # type: ignore[arg-type]
+
+
+@given(st.lists(st.text("abc-", min_size=1, max_size=20), min_size=1, max_size=99), st.integers(15, 80))
+@example(["a" * 40, "b"], 15)  # one name is whole, however long
+def test_names_are_enumerated_in_their_order_as_many_as_fit_and_none_is_lost(names: list[str], width: int) -> None:
+    told = enumerated(names, width)
+    shown, _, rest = told.partition(" and ")
+    listed = shown.split(", ")
+    assert listed == names[: len(listed)]
+    assert len(listed) + int(rest.removesuffix(" more") or 0) == len(names)
+    assert len(told) <= width or len(listed) == 1
+    if rest:  # with one more name it would be too long
+        longer = ", ".join(names[: len(listed) + 1])
+        assert len(longer) > width - len(" and 99 more")

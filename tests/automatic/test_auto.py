@@ -968,6 +968,28 @@ def test_a_circle_without_compensation_needs_no_gms(tmp_path):
     assert any("GMS" in str(piece) for piece in found.report())  # it is named where the axis is
 
 
+def test_strokes_that_are_refused_by_their_sign_are_named_where_their_map_is_missing(tmp_path):
+    """Strokes at five speeds were asked for, beside five that friction seemed to drive."""
+    for path in sorted((DATA / "strokes").glob("*.csv"))[:3]:
+        head, *rows = path.read_text().splitlines()
+        cells = [row.rpartition(",") for row in rows]
+        turned = "\n".join([head, *(f"{first},{-float(force):.4g}" for first, _, force in cells)])
+        (tmp_path / path.name).write_text(turned + "\n")
+    told = find_sources([tmp_path]).description
+    assert [one.code for one in told] == ["file-left-out"]
+    axis = AxisOutcome("linear", missing=[NO_STRIBECK, NO_GMS], files={"plant": tmp_path / "none.yaml"})
+
+    def lacking(description):
+        found = fric.AutoResult(tmp_path, {"x": axis}, description, 1, 1, [], None).report()
+        return [str(piece) for piece in found if str(piece).startswith("missing for ")]
+
+    static, gms = lacking(told)
+    assert f"({told[0].where}: see below)" in static
+    assert "constant-velocity-01.csv and 2 more" in static
+    assert gms == lacking([])[1]
+    assert "see below" not in lacking([])[0]
+
+
 def test_an_axis_whose_friction_is_known_at_one_speed_is_no_machine(tmp_path):
     """A machine file without a friction model was written, and the run ended with its error."""
     log = fric.read(DATA / "constant-velocity.h5")[9]

@@ -278,6 +278,22 @@ def test_an_axis_without_a_model_errs_as_measured_in_the_prediction():
     assert list(_disagreement(stiffer, measured, {"x": 0.12})) == []  # K_p is known to 12 %, and so is the glitch
 
 
+def test_the_glitches_of_a_circle_are_those_at_steady_feed():
+    """Where a log went on while the feed fell, +y was the 40 µm at which the axis came to rest there, for 6."""
+    faults = Faults(glitch=(8e-6, 6e-6, 7e-6, 5e-6))
+    test = circle(faults, np.random.default_rng(3), revolutions=3)
+    omega = test.feed / test.radius
+    late = np.arange(1, 4000) / 4000.0 * 2.4 / omega  # the rate falls to none within 1.2 rad, behind +y
+    angle = 0.7 + omega * (late - 0.5 * late**2 * omega / 2.4)
+    rho = test.radius + 40e-6 * np.exp(-(((angle - np.pi / 2) / 0.1) ** 2))
+    longer = {}
+    for (name, axis), along in zip(test.axes.items(), (np.cos(angle), np.sin(angle)), strict=True):
+        more = {"time": axis.time[-1] + late, "position": rho * along, "reference": test.radius * along}
+        longer[name] = AxisTrace(**{of: np.concatenate([axis.channels()[of], more[of]]) for of in more})
+    assert measured_quadrants(replace(test, axes=longer)) == pytest.approx(measured_quadrants(test), abs=0.3e-6)
+    assert measured_quadrants(test) == pytest.approx(faults.glitch, abs=0.5e-6)
+
+
 def test_sign_and_width_are_named():
     rng = np.random.default_rng(4)
     measured = diagnose([circle(Faults(glitch=(8e-6,) * 4, fade=0.02), rng)])

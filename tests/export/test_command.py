@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+import shutil
 from dataclasses import replace
 from functools import cache
 from hashlib import sha256
@@ -125,6 +126,24 @@ def test_a_folder_of_auto_gives_machine_run_and_circle(tmp_path: Path, monkeypat
     (folder / "circles/c.h5").touch()
     (*_, (circle,)) = _of_session(folder, (), ())
     assert Path(circle).samefile(folder / "circles/c.h5")
+
+
+@pytest.mark.parametrize(("schemes", "best"), [("a,b,c", "b"), ("a,c", "c")])
+def test_a_folder_of_auto_is_exported_in_the_scheme_that_its_run_recommends(
+    schemes: str, best: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ended in "the run is without scheme f", beside a verdict for another."""
+    monkeypatch.setattr("fric.results.export.trust_of", lambda *given, **known: ([], []))
+    shutil.copy(MACHINE, tmp_path / "machine.yaml")
+    of = {"axis": "x", "machines": 3, "workers": 1, "seed": 1, "revolutions": 1, "radius": "10 mm"}
+    run = fric.circle(tmp_path / "machine.yaml", schemes, **of)
+    run.save(tmp_path / "circle.h5")
+    assert run.verdict.choice is not None
+    assert run.verdict.choice.scheme.name == best
+    assert fric.export_axis("c", tmp_path, axis="x").part.scheme == best
+    assert fric.export_axis("c", tmp_path, axis="x", scheme="c").part.scheme == "c"
+    (tmp_path / "circle.h5").unlink()
+    assert fric.export_axis("c", tmp_path, axis="x").part.scheme == "f"
 
 
 def test_a_measured_circle_that_is_not_as_predicted_forbids_the_export(tmp_path: Path) -> None:

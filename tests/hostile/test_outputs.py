@@ -1,12 +1,16 @@
 """Outputs: devices and links, two runs on one name, drafts that killed runs left, disks that are full."""
 
+import contextlib
+import fcntl
 import os
 import shutil
 import signal
 import stat
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from types import ModuleType
 
 import h5py
 import numpy as np
@@ -143,6 +147,80 @@ def test_who_waits_too_long_is_told(tmp_path, monkeypatch):
     path = tmp_path / "a.h5"
     with output.alone(path), pytest.raises(FricError, match="another process"), output.alone(path):
         pass
+
+
+@pytest.fixture
+def windows(monkeypatch):
+    """Locks as Windows has them, of files alone, where no open file can be moved; the event of a lock not given."""
+    locks, refused = ModuleType("msvcrt"), threading.Event()
+    locks.LK_NBLCK = 2
+
+    def locking(file, mode, count):
+        assert (mode, count, stat.S_ISREG(os.fstat(file).st_mode)) == (locks.LK_NBLCK, 1, True)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            refused.set()
+            raise PermissionError from None
+
+    locks.locking = locking
+    monkeypatch.setitem(sys.modules, "msvcrt", locks)
+    monkeypatch.setattr(output, "LOCKED_MOVE", False)
+    return refused
+
+
+def opened() -> set[str]:
+    """Return the paths of all that this process holds open."""
+    held = set()
+    for link in Path("/proc/self/fd").iterdir():
+        with contextlib.suppress(OSError):  # that of the folder that is listed
+            held.add(str(link.readlink()))
+    return held
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="says what is open")
+def test_where_no_open_file_can_be_moved_a_draft_is_held_open_by_no_lock(tmp_path, windows):
+    """On Windows no output could be written: its draft was locked, and so open, when it was to be moved."""
+    path = tmp_path / "out.txt"
+    for force, text in ((False, "one"), (True, "two")):
+        with staged(path, force=force) as draft:
+            assert draft.read_bytes() == b""
+            assert str(draft) not in opened()
+            draft.write_text(text)
+        assert path.read_text() == text
+        assert list(tmp_path.iterdir()) == [path]
+    with pytest.raises(KeyError), staged(path, force=True):
+        raise KeyError
+    assert (path.read_text(), [*tmp_path.iterdir()]) == ("two", [path])
+
+
+def test_where_no_folder_can_be_locked_a_file_beside_is_while_one_adds_and_is_gone_then(tmp_path, windows):
+    """On Windows no record could be added to a log: its folder cannot be opened to be locked."""
+    path, beside = tmp_path / "a.h5", tmp_path / ".a.h5.lock"
+    begun, ends, order = threading.Event(), threading.Event(), []
+
+    def first() -> None:
+        with output.alone(path):
+            order.append("in")
+            begun.set()
+            assert ends.wait(60.0)
+            order.append("out")
+
+    def second() -> None:
+        with output.alone(path):
+            order.append("other")
+
+    one, other = threading.Thread(target=first), threading.Thread(target=second)
+    one.start()
+    assert begun.wait(60.0)
+    assert [*tmp_path.iterdir()] == [beside]
+    other.start()
+    assert windows.wait(60.0)
+    ends.set()
+    one.join()
+    other.join()
+    assert order == ["in", "out", "other"]
+    assert not list(tmp_path.iterdir())
 
 
 WRITERS = {

@@ -210,3 +210,16 @@ def test_a_few_samples_at_rest_do_not_turn_the_force(tmp_path):
     (tmp_path / "a.csv").write_text(f"time [ms],position [um],force [N]\n{rows}")
     fric.ingest(tmp_path / "a.csv", output=tmp_path / "log.h5")
     assert [len(log) for log in read_logs(tmp_path / "log.h5")] == [4]
+
+
+@pytest.mark.parametrize("count", [1, 2, 8, 60])
+def test_the_line_of_an_ingest_names_its_records(count, tmp_path):
+    """ "8 records, 400 samples": which file became which record stood in no line."""
+    names = [f"stroke-{n:02}" for n in range(count)]
+    files = [write(tmp_path / f"{name}.csv", samples=20, speed=n + 1.0) for n, name in enumerate(names)]
+    line = fric.ingest(*files, output=tmp_path / "log.h5").brief()
+    many, _, told = line.partition(": ")
+    assert many == f"{count} record{'s' * (count > 1)}"
+    assert told.startswith(", ".join(names[:2]))
+    assert told.endswith({1: "stroke-00", 2: "stroke-01"}.get(count, f" and {count - 2} more"))
+    assert len(f"{'x: ingest constant-velocity':<18} {line}") <= 72  # behind which the time is

@@ -1,12 +1,15 @@
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.base import Quantity
 from fric.documents.machine_files import read_identified, read_machine, read_spreads
 from fric.errors import FricError
-from fric.simulate.spread import DEFAULT_SPREADS
+from fric.simulate.contour_run import Circle, run_circle
+from fric.simulate.spread import DEFAULT_SPREADS, draw_machine
 
 MACHINE = Path("configs/xy-table.yaml").resolve()
 FRICTION = """fric: friction/1
@@ -90,6 +93,29 @@ K_f: {value: 548, unit: N/V}
     found = read_identified(tmp_path / "machine.yaml")
     assert found.machine.axes["x"].plant.B == 4.5
     assert found.intervals["x"] == {"A": (28, 33), "B": (4.4, 4.6), "T_d": pytest.approx((0.55e-3, 0.65e-3))}
+
+
+SURE = """fric: friction/1
+axis: x
+static: {F_c: {value: 105, unit: N, ci95: [104, 106]}, F_s: {value: 165, unit: N}, v_s: {value: 1, unit: mm/s}}
+"""
+
+
+def test_a_gain_that_a_log_shows_to_a_third_is_drawn_and_one_that_is_known_is_not(tmp_path):
+    """The glitch had the same range whether K_p was known to 1 % or to 30 %: 0.2 µm, for 1.8."""
+    (tmp_path / "x.yaml").write_text(SURE)
+    ranges = {}
+    for share in (0.01, 0.3):
+        limits = f"K_p: {{ci95: [{83.7 * (1 - share)}, {83.7 * (1 + share)}], "
+        (tmp_path / "machine.yaml").write_text(MACHINE.read_text().replace("K_p: {", limits, 1))
+        found = read_identified(tmp_path / "machine.yaml", nominal_files=[f"x={tmp_path / 'x.yaml'}"])
+        assert found.gains["x"] == pytest.approx(share)
+        assert ("K_p" in found.intervals["x"]) is (share == 0.3)
+        machines = [draw_machine(found.machine, n, spreads={}, intervals=found.intervals)[0] for n in range(6)]
+        runs = [run_circle(machine, PAPER_SCHEMES["a"], Circle(revolutions=1), only="x") for machine in machines]
+        ranges[share] = np.ptp([run.circularity.glitch for run in runs])
+    assert found.intervals["x"]["K_p"] == pytest.approx((0.7 * 83.7, 1.3 * 83.7))
+    assert ranges[0.3] > 3.0 * ranges[0.01]
 
 
 def test_a_machine_without_intervals_is_told():

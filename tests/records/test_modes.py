@@ -6,14 +6,18 @@ import numpy as np
 import pytest
 
 import fric
+from fric.columns import PRESLIDING
 from fric.drive.sensing import Encoder
 from fric.log import Log
 from fric.records.modes import modes_of, parts_of, switched
+from fric.records.recognition import kind_of
 from fric.reference import sine, strokes
+from fric.results.base import in_one_mode
 from fric.results.given_models import machine_of
 from fric.simulate.experiment import Trial, logs_of
 from tests.chance import fewest, most
 from tests.records import kinematics
+from tests.records.kinematics import encoder
 
 MACHINES = ("base", "xy-table", "virtual-rig")
 
@@ -151,3 +155,19 @@ def test_experiments_of_one_record_are_split_at_the_pauses_of_the_reference():
     assert len(parts[1]) == pytest.approx(len(t), abs=600)
     moving = replace(log, reference=z + 1e-9 * np.arange(len(z)))  # it never pauses
     assert parts_of(moving) == [moving]
+
+
+@pytest.mark.parametrize(("jump", "seconds", "rest"), [(40e-6, 4.0, 1.0), (10e-6, 2.0, 1.0), (100e-6, 2.0, 0.0)])
+def test_a_stroke_that_sticks_and_slips_is_no_motion_before_sliding(jump: float, seconds: float, rest: float) -> None:
+    """It was a sine, or micro-steps, before sliding, or was split into two sines around it: the hunting at rest."""
+    there, wait = 0.2e-3 * np.arange(0.0, seconds, 1e-3), np.zeros(round(1000 * rest))
+    asked = np.concatenate([wait, there, np.full(500, there[-1]), there[::-1], wait])
+    position, at, t = np.zeros(len(asked)), 0.0, 1e-3 * np.arange(len(asked))
+    for n, now in enumerate(asked):
+        at = now + np.copysign(0.5 * jump, now - at) if abs(now - at) > 0.5 * jump else at
+        position[n] = at
+    hunts = 0.5e-6 * np.sin(8.0 * np.pi * t) * (np.gradient(asked) == 0.0)
+    force = 2e6 * (asked - position) + 20e6 * hunts + np.random.default_rng(0).normal(0.0, 0.3, len(t))
+    log = Log(t, position=encoder(position + hunts, 20e-9), reference=asked, force=force)
+    assert kind_of(log) not in PRESLIDING
+    assert [len(part) for part in in_one_mode(log)] == [len(log)]

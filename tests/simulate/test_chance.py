@@ -161,6 +161,15 @@ def test_half_of_the_interval_is_written_where_it_is_more_than_the_last_digit() 
     assert Chance(four).half == 6.9 * np.std(four, ddof=1)
 
 
+def test_a_peak_of_one_size_that_points_either_way_is_written_by_its_size() -> None:
+    """Five runs that leave 5.7 to 5.9 µm, outwards or inwards, were 5.7±26.7."""
+    either = tuple(one * UM for one in (5.8, -5.9, 5.7, 5.8, -5.8))
+    assert Chance(either).text().startswith("±5.8±0.")
+    assert Chance(tuple(map(abs, either))).text() == Chance(either).text().removeprefix("±")
+    for around in ((0.1, -0.2, 0.05, 0.3, -0.1), (0.0, 0.1, -0.1, 0.0, 0.0)):  # the size is as open
+        assert not Chance(tuple(one * UM for one in around)).text().startswith("±")
+
+
 def test_an_axis_that_makes_no_circle_of_the_machine_is_run_alone() -> None:
     """The third linear axis ended in a KeyError; one that turns is refused."""
     more = {"z": replace(TABLE.axes["x"], name="z"), "c": replace(TABLE.axes["x"], name="c", motion="rotary")}

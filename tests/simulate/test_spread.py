@@ -168,6 +168,34 @@ def test_intervals_replace_spreads_and_shares_of_blocks_sum_to_one():
     assert np.quantile(F_c, [0.025, 0.975]) == pytest.approx([100, 110], abs=2)
 
 
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_gains_are_drawn_along_what_a_slow_log_shows_of_them(exchanged):
+    """Every machine had the gains of the file, whatever the interval of K_p: 60 to 110 were 83.7 V·s/m."""
+    gains = ONE.axes["x"].cascade
+    other = replace(gains, K_v=gains.K_i / gains.K_p, K_i=gains.K_p * gains.K_v)  # they sum and multiply to the same
+    gains = other if exchanged else gains
+    one = replace(ONE, axes={"x": replace(ONE.axes["x"], cascade=gains)})
+    total, product = gains.K_p * gains.K_v + gains.K_i, gains.K_v * gains.K_i
+    most = total**2 / 4.0 / product  # beyond it no cascade has both
+
+    def drawn(limits):
+        known = {"x": {"K_p": limits} if limits else {"F_c": (104.0, 106.0)}}
+        return [draw_machine(one, n, spreads={}, intervals=known)[0].axes["x"].cascade for n in range(60)]
+
+    within = drawn((60.0, 110.0))
+    assert max(one.K_p for one in within) < most
+    assert np.ptp([one.K_p for one in within]) > 30.0
+    for found in within:
+        assert found.K_p * found.K_v + found.K_i == pytest.approx(total, rel=1e-9)
+        assert found.K_v * found.K_i == pytest.approx(product, rel=1e-9)
+    beyond = [one for one in drawn((60.0, 300.0)) if one.K_p > most]
+    assert beyond
+    assert min(min(one.K_v, one.K_i) for one in beyond) > 0.0
+    assert {(one.K_v, one.K_p, one.K_i) for one in drawn(None)} == {(gains.K_v, gains.K_p, gains.K_i)}
+    for found in drawn((gains.K_p, gains.K_p)):
+        assert (found.K_v, found.K_i) == pytest.approx((gains.K_v, gains.K_i), rel=1e-9)
+
+
 @pytest.mark.parametrize("limits", [(0.0, 1.0), (1.3, 0.7), (-1.0, 1.0), (1.0, float("inf")), (1e-9, 1e19)])
 def test_factors_are_positive_and_in_order(limits):
     with pytest.raises(FricError, match=r"of the spread is|falls"):

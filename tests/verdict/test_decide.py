@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fric
-from fric.circles.prediction import Prediction
+from fric.circles.prediction import Predicted, Prediction
 from fric.control.q_filter import QFilter
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.contours import VerdictPart
@@ -18,7 +18,18 @@ from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import CANNOT_RUN, CIRCLE_UNUSED, NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.simulate.contour_run import Circle, run_circle
-from fric.verdict import Candidate, Evidence, Verdict, candidates_of, decide, difference, evidence_of, forbidden
+from fric.units import readable
+from fric.verdict import (
+    Candidate,
+    Evidence,
+    Verdict,
+    candidates_of,
+    decide,
+    difference,
+    evidence_of,
+    forbidden,
+    glitch_now,
+)
 
 UM = 1e-6
 RNG = np.random.default_rng(3)
@@ -51,6 +62,22 @@ def test_what_the_glitch_is_now_is_as_measured_where_it_was_measured_without_com
     assert decide(evidence(*schemes, **measured)).now == "23.4 µm"
     assert decide(evidence(*schemes, measured={"c": 3 * UM}, glitches=(2 * UM, 3 * UM))).now == "20 µm"
     assert decide(evidence(schemes[1])).now == ""
+
+
+def test_what_the_glitch_is_now_is_a_range_where_no_circle_was_measured_and_machines_differ():
+    """ "Now 20 µm" was said of machines that leave 14 to 26."""
+
+    def now(low, high, **more):
+        of = Predicted(20 * UM, (low * UM, high * UM), high * UM, {}, {})
+        bare = leaves("a", 20, 20 * LEVEL, predicted=of)
+        return glitch_now(bare, evidence(bare, leaves("c", 2, 2 + RNG.random(200)), **more))
+
+    middle = readable(float(np.median(20 * UM * LEVEL)), "m", 2)
+    assert now(14, 26) == "14 to 26 µm"
+    assert now(19.5, 20.5) == middle
+    assert now(14, np.inf) == middle  # a loop that is not stable on some of them has no upper end
+    assert now(14, 26, measured={"a": 23 * UM}, glitches=(21 * UM, 23.4 * UM)) == "23.4 µm"
+    assert now(14, 26, measured={"c": 3 * UM}, glitches=(2 * UM, 3 * UM)) == "14 to 26 µm"
 
 
 def test_what_counts_is_the_upper_end_of_what_was_drawn_not_the_nominal_glitch():

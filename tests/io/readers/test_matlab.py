@@ -10,6 +10,7 @@ from scipy.io import savemat
 
 import fric
 from fric import FricError
+from fric.automatic.sources import find_sources
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
 from fric.io.hdf5 import read_logs
@@ -164,6 +165,33 @@ def test_records_of_one_file_are_records(tmp_path, nest):
     assert len({log.name for log in logs}) == 3
     assert all(log.force is not None and log.position is not None for log in logs)
     assert done.done.motion.endswith("/A") or nest == "matrices"
+
+
+@pytest.mark.parametrize("ending", ["h5", "mat"])
+def test_strokes_in_groups_of_two_axes_are_of_two_axes(tmp_path, ending):
+    """/X/stroke1, /X/stroke2, /Y/stroke1 and /Y/stroke2 were four strokes of one axis x, with the friction of both."""
+    names, path = ("time_s", "position_m", "velocity_m_s", "current_A"), tmp_path / f"strokes.{ending}"
+    runs = {
+        axis: {f"stroke{k}": dict(zip(names, stroke(1500 + 100 * k + more, k).values(), strict=True)) for k in (1, 2)}
+        for axis, more in (("X", 0), ("Y", 10))
+    }
+    if ending == "mat":
+        savemat(path, runs)
+    else:
+        with h5py.File(path, "w") as file:
+            for axis, of in runs.items():
+                for name, one in of.items():
+                    for key, values in one.items():
+                        file[f"{axis}/{name}/{key}"] = values
+    found = find_sources([path], proposals=tmp_path / "proposed")
+    assert not found.refused
+    assert {log.axis: log.strokes for log in found.logs} == {"x": 17, "y": 17}
+    for axis, of in runs.items():
+        fric.ingest(path, output=tmp_path / f"{axis}.h5", axis=axis.lower())
+        logs = {log.name: log for log in read_logs(tmp_path / f"{axis}.h5")}
+        assert logs.keys() == {f"strokes-{axis}.{name}" for name in of}
+        for name, one in of.items():
+            np.testing.assert_array_equal(logs[f"strokes-{axis}.{name}"].position, one["position_m"])
 
 
 def test_structs_of_matrices_are_experiments(tmp_path):
