@@ -101,6 +101,6 @@ def enumerated(names: Iterable[str], width: int = 60) -> str:
     """Return names separated by commas, as many as a width takes and at least one, and how many more there are."""
     every = list(names)
     shown = len(every)
-    while shown > 1 and len(", ".join(every[:shown])) > width - len(" and 99 more") * (shown < len(every)):
+    while shown > 1 and len(", ".join(every[:shown])) > width - len(f" and {len(every)} more") * (shown < len(every)):
         shown -= 1
     return ", ".join(every[:shown]) + f" and {len(every) - shown} more" * (shown < len(every))

@@ -192,8 +192,9 @@ def alone(path: Path) -> Iterator[None]:
         yield
     finally:
         os.close(lock)
-        with suppress(OSError):  # another process waits with it
-            beside.unlink(missing_ok=True)
+        if not LOCKED_MOVE:
+            with suppress(OSError):  # another process waits with it
+                beside.unlink(missing_ok=True)
 
 
 def folder_made(folder: Path | str) -> Path:

@@ -495,8 +495,8 @@ def glitch_now(without: Candidate, evidence: Evidence) -> str:
     """Return the glitch without compensation: as measured, or else as it is predicted, with its range where wide."""
     if evidence.glitches is not None and without.scheme.name in evidence.measured:
         return readable(evidence.glitches[1], "m", 3)
-    low, high = without.predicted.ci95 if without.predicted else (0.0, 0.0)
-    return _between(low, high) if np.isfinite(high) and high > WIDE * low > 0.0 else readable(without.middle, "m", 2)
+    low, high = without.predicted.ci95 if without.predicted else (np.inf, np.inf)
+    return _between(low, high) if np.isfinite(high) and high > WIDE * low else readable(without.middle, "m", 2)
 
 
 def headline(chosen: Candidate, without: Candidate | None, now: str, evidence: Evidence, *, kept: bool | None) -> str:

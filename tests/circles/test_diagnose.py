@@ -350,20 +350,3 @@ def test_measured_and_predicted_are_of_one_reversal() -> None:
     seen, said = result.found.glitches, result.held.predicted.glitches
     worst = max(result.held.causes, key=lambda name: abs(seen[name].value))
     assert result.glitches() == (abs(said[worst].value), abs(seen[worst].value))
-
-
-def test_a_circle_is_judged_at_its_steady_feed_and_not_in_its_run_out():
-    """The run-out met -x at a lower feed: 30.1 for 37.4 µm, and so "the fitted machine does not reproduce it"."""
-    t = np.arange(0.0, 5.7, 1e-3)
-    rate = np.where(t < 4.7, 1.0, 5.7 - t) * np.pi  # a turn in 2 s, until it slows down to rest behind -x
-    angle = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1])) * 1e-3])
-    late = 40e-6 * (rate / np.pi) ** 2
-    x, y = 0.03 * np.cos(angle), 0.03 * np.sin(angle)
-    bump = late * np.exp(-(((angle / np.pi - np.round(angle / np.pi)) / 0.02) ** 2))
-    traces = {"x": (t, x + np.sign(x) * bump, x), "y": (t, y, y)}
-    whole, cut = (
-        MeasuredCircle(0.03, 0.03 * np.pi, 1, {n: AxisTrace(*(of[:k] for of in a)) for n, a in traces.items()})
-        for k in (len(t), 4700)
-    )
-    assert measured_quadrants(whole) == pytest.approx(measured_quadrants(cut), abs=0.5e-6)
-    assert measured_quadrants(whole)[2] == pytest.approx(40e-6, rel=0.05)

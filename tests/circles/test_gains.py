@@ -477,25 +477,6 @@ def test_k_p_of_an_effort_holds_what_was_asked_for_and_what_is_behind_a_current_
     assert 0.998 * low < true.K_p < high < 1.3 * low
 
 
-def test_a_drive_that_feeds_forward_the_velocity_alone_is_identified_and_simulated() -> None:
-    """Its fitted machine left 32.9 of the 37.4 µm measured, with each number right: no scheme was recommended."""
-    rig = fric.read_machine("virtual-rig")
-    axes = {n: replace(a, cascade=replace(a.cascade, acceleration_feedforward=0.0)) for n, a in rig.axes.items()}
-    alone, whole = (fric.circle(machine, "a").runs[0] for machine in (replace(rig, axes=axes), rig))
-    found = controller_of(measured_from_run(alone), "x")
-    assert found.cascade.acceleration_feedforward == 0.0
-    assert found.estimates["acceleration_feedforward"].ci95[1] < 0.1
-    assert controller_of(measured_from_run(whole), "x").cascade.acceleration_feedforward == 1.0
-    of_file = ControllerDocument.model_validate(GainsResult(found, "x").document).in_si("linear")
-    assert of_file.acceleration_feedforward == 0.0
-    # (A·ż_r + z̈_r)/B is not there: the integral makes it, late by its rate of change over K_v·K_i
-    trace, cascade, plant = alone.traces["x"], axes["x"].cascade, axes["x"].plant
-    lacks = np.gradient(plant.A * np.gradient(trace.reference, trace.time), trace.time) / plant.B
-    error, before = (run.traces["x"].reference - run.traces["x"].position for run in (alone, whole))
-    share = float(lacks @ (error - before)) / float(lacks @ lacks)
-    assert share == pytest.approx(1.0 / (cascade.K_v * cascade.K_i), rel=0.1)
-
-
 def test_gains_are_found_beside_samples_at_the_limit_of_the_voltage() -> None:
     """Three samples of 21879 at 10 V, of an abrupt stop, were answered with a compensation: 87 % explained."""
     run = fric.circle("virtual-rig", "a").runs[0]

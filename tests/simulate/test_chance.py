@@ -179,9 +179,3 @@ def test_an_axis_that_makes_no_circle_of_the_machine_is_run_alone() -> None:
     assert run.circularity.quadrants == run_circle(TABLE, PAPER_SCHEMES["a"], only="x").circularity.quadrants
     with pytest.raises(FricError, match="axis c turns"):
         run_circle(three, PAPER_SCHEMES["a"], only="c")
-
-
-def test_a_peak_of_either_sign_has_the_interval_of_its_size():
-    """A glitch of 5.8 µm, outwards at some places between counts and inwards at others, was 5.8±21.6."""
-    assert Chance((5.8e-6, -5.9e-6, 5.7e-6, 5.8e-6, -5.8e-6)).text() == "±5.8±0.3"
-    assert Chance((1e-7, -1e-7, 2e-7, -2e-7, 0.0)).text() == "0.0±0.7"

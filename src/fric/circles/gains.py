@@ -204,9 +204,9 @@ SURE_ORDER = 1.05  # Least ratio of squared residuals by which a record tells on
 NO_INTEGRAL = 0.05  # Record over integral time below which a controller has no integral part
 LAGS = 0.25  # Least lag that is said; without velocity feedforward it is 1 [1/K_v]
 FED_ERROR = 0.05  # Error of the share of the reference velocity that is fed forward, by damping over gain [1]
-NO_MODEL, FASTEST = 3e-4, 5e-4
+NO_MODEL, FASTEST = 1e-4, 5e-4
 """Acceleration over velocity that is fed forward, up to which no inverse model is, and the least of one [s]: of a drive
-it is 1/(K_p·B), and its velocity loop has no 2000 rad/s."""
+it is 1/(K_p·B), and few velocity loops have 2000 rad/s."""
 WIDEST = 0.25  # Largest relative half-width of gains that a log determines
 USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 """Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
