@@ -32,14 +32,9 @@ class Notice(str):
     carried: bool
 
     def __new__(
-        cls,
-        says: str,
-        code: str,
-        severity: Severity,
-        values: Mapping[str, Any] = MappingProxyType({}),
-        where: str = "",
-        carried: bool = False,
-    ) -> "Notice":
+        cls, says: str, code: str, severity: Severity, values: Mapping[str, Any] = MappingProxyType({}),
+        where: str = "", carried: bool = False,
+    ) -> "Notice":  # fmt: skip
         """Return the notice."""
         require_known(str(severity), get_args(Severity), "there is no severity")
         made = super().__new__(cls, f"{where}: {says}" if where else says)

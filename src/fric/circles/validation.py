@@ -119,17 +119,9 @@ def _driven(log: Log, plant: Plant) -> Real:
 
 
 def _run(  # noqa: PLR0913 - one closed loop for three ways of validation
-    log: Log,
-    rate: float,
-    plant: Plant,
-    cascade: Cascade | None,
-    friction: FrictionModel,
-    load: float,
-    reference: Real,
-    model: Real,
-    *,
-    ahead: bool = False,
-) -> tuple[Real, Real]:
+    log: Log, rate: float, plant: Plant, cascade: Cascade | None, friction: FrictionModel, load: float, reference: Real,
+    model: Real, *, ahead: bool = False,
+) -> tuple[Real, Real]:  # fmt: skip
     """Return position [m] and voltage [V] of a run that begins as the record does."""
     measured = log.require("position", "a validation")
     state, zeros = friction.initial_state(), np.zeros(len(log))

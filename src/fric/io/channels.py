@@ -113,14 +113,9 @@ class ColumnPlan:
 
 
 def plan(
-    table: ForeignTable,
-    mapping: FileMapping | None,
-    kind: Kind | None,
-    motion: Motion | None,
-    fields: Mapping[str, str],
-    *,
-    part: bool = False,
-) -> ColumnPlan:
+    table: ForeignTable, mapping: FileMapping | None, kind: Kind | None, motion: Motion | None,
+    fields: Mapping[str, str], *, part: bool = False,
+) -> ColumnPlan:  # fmt: skip
     """Find every channel of a table.
 
     mapping: What its columns mean; None where the header says so itself.

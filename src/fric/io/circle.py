@@ -49,15 +49,9 @@ REVERSAL = [("axis", "i8"), ("x", "f8"), ("y", "f8"), ("glitch", "f8")]
 
 
 def write_runs(
-    path: Path,
-    runs: Iterable[CircleRun | PathRun],
-    provenance: str = "",
-    *,
-    many: MonteCarlo | None = None,
-    prediction: Prediction | None = None,
-    most_samples: int | None = None,
-    force: bool = False,
-) -> None:
+    path: Path, runs: Iterable[CircleRun | PathRun], provenance: str = "", *, many: MonteCarlo | None = None,
+    prediction: Prediction | None = None, most_samples: int | None = None, force: bool = False,
+) -> None:  # fmt: skip
     """Write the runs of schemes on a circle or a path to a run file, whole or not at all.
 
     most_samples: Largest number of samples of a trace that are kept: of a longer trace every n-th sample. Radial errors

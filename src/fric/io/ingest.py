@@ -585,14 +585,9 @@ class Ingested:
 
 
 def ingest(
-    paths: Iterable[Path] | Path,
-    output: Path,
-    *,
-    append: bool = False,
-    force: bool = False,
-    progress: Progress | None = None,
-    **said: Any,
-) -> Ingested:
+    paths: Iterable[Path] | Path, output: Path, *, append: bool = False, force: bool = False,
+    progress: Progress | None = None, **said: Any,
+) -> Ingested:  # fmt: skip
     """Read foreign logs of one axis into a log file, one record a file; memory does not grow with the files.
 
     paths: Text logs (also ``.gz``), MATLAB ``.mat``, Parquet, or log files of fric.

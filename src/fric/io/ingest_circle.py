@@ -186,16 +186,10 @@ class StatedCircle:
 
 
 def ingest_circles(
-    paths: Iterable[Path] | Path,
-    output: Path,
-    *,
-    mapping: MappingDocument | None = None,
-    stated: StatedCircle | None = None,
-    append: bool = False,
-    bad_cells: str = "error",
-    force: bool = False,
+    paths: Iterable[Path] | Path, output: Path, *, mapping: MappingDocument | None = None,
+    stated: StatedCircle | None = None, append: bool = False, bad_cells: str = "error", force: bool = False,
     progress: Progress | None = None,
-) -> IngestedCircles:
+) -> IngestedCircles:  # fmt: skip
     """Read traces of circle tests, or a ball bar's angle and radial deviation, into a circle test file.
 
     paths: Text (also ``.gz``, also LinuxCNC's sampler), MATLAB ``.mat``, Parquet. A trace may hold several circles.

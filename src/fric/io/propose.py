@@ -572,15 +572,9 @@ def first_of(files: Sequence[Path]) -> str:
 
 
 def guessed(
-    paths: Sequence[Path],
-    files: ExitStack,
-    kind: Kind | None = None,
-    motion: Motion | None = None,
-    *,
-    assume: bool = False,
-    every: bool = False,
-    refused: dict[Path, str] | None = None,
-) -> Guessed:
+    paths: Sequence[Path], files: ExitStack, kind: Kind | None = None, motion: Motion | None = None, *,
+    assume: bool = False, every: bool = False, refused: dict[Path, str] | None = None,
+) -> Guessed:  # fmt: skip
     """Return the guesses for those files whose header does not define their columns, or for ``every`` file.
 
     Those of fric, and files whose header cannot be read, are skipped. In a file whose header defines all but the force

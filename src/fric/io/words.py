@@ -410,14 +410,9 @@ def _candidates(unit: str | None, quantity: str) -> tuple[tuple[Motion, str, flo
 
 
 def readings(
-    first: Spoken,
-    second: Spoken,
-    time: str,
-    ratio: float | None,
-    sizes: tuple[float | None, float | None] = (None, None),
-    with_position: bool = True,
-    with_velocity: bool = True,
-) -> list[Reading]:
+    first: Spoken, second: Spoken, time: str, ratio: float | None,
+    sizes: tuple[float | None, float | None] = (None, None), with_position: bool = True, with_velocity: bool = True,
+) -> list[Reading]:  # fmt: skip
     """Return the units that position, velocity and clock may have.
 
     first, second: What is stated of the position and of the velocity.

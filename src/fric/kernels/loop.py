@@ -84,26 +84,11 @@ class Traces(NamedTuple):
     )
 )
 def _closed_loop(  # noqa: PLR0913 - compiled: Numba takes arrays, not objects
-    step: Step,
-    state: Real,
-    parameters: Real,
-    plant: PlantConstants,
-    board: Board,
-    controller: BlockStep,
-    first: BlockStep,
-    second: BlockStep,
-    third: BlockStep,
-    roles: tuple[int, ...],
-    states: tuple[Real, ...],
-    given: tuple[Real, ...],
-    rows: Real,
-    late: int,
-    lengths: tuple[float, float],
-    effective: tuple[Real, Real],
-    halvings: int,
-    sensing: Sensing,
-    trace: Traces,
-) -> int:
+    step: Step, state: Real, parameters: Real, plant: PlantConstants, board: Board, controller: BlockStep,
+    first: BlockStep, second: BlockStep, third: BlockStep, roles: tuple[int, ...], states: tuple[Real, ...],
+    given: tuple[Real, ...], rows: Real, late: int, lengths: tuple[float, float], effective: tuple[Real, Real],
+    halvings: int, sensing: Sensing, trace: Traces,
+) -> int:  # fmt: skip
     z = rows[0, 0] + plant.ahead
     v, F = plant.v_0, step(0.0, plant.v_0, 0.0, state, parameters)
     count, u, control, excess, estimate = roles[BLOCKS], 0.0, 0.0, 0.0, 0.0
@@ -162,16 +147,9 @@ def parts_of_a_sample(plant: PlantConstants, T_s: float) -> tuple[int, tuple[flo
 
 
 def closed_loop(  # noqa: PLR0913 - what the compiled loop takes
-    step: Step,
-    state: Real,
-    parameters: Real,
-    plant: PlantConstants,
-    board: Board,
-    blocks: Sequence[Block],
-    command: Commands,
-    halvings: int = 0,
-    sensing: Sensing = FAULTLESS,
-) -> tuple[Traces, int]:
+    step: Step, state: Real, parameters: Real, plant: PlantConstants, board: Board, blocks: Sequence[Block],
+    command: Commands, halvings: int = 0, sensing: Sensing = FAULTLESS,
+) -> tuple[Traces, int]:  # fmt: skip
     """Return the traces of a run, and the number of samples in saturation.
 
     step, state, parameters: The true friction: its compiled step, its state (changed in place), its parameters.

@@ -146,19 +146,9 @@ _RESULT = types.Tuple((INSTANT, types.int64, types.int64))  # type: ignore[no-un
     makes_arrays=False,
 )  # fmt: skip
 def advance(  # noqa: PLR0913 - compiled: Numba takes numbers, not objects
-    friction: Step,
-    state: Real,
-    parameters: Real,
-    plant: PlantConstants,
-    now: Instant,
-    driven: float,
-    length: float,
-    effective: Real,
-    halvings: int,
-    depth: int,
-    ends: Real,
-    states: Real,
-) -> tuple[Instant, int, int]:
+    friction: Step, state: Real, parameters: Real, plant: PlantConstants, now: Instant, driven: float, length: float,
+    effective: Real, halvings: int, depth: int, ends: Real, states: Real,
+) -> tuple[Instant, int, int]:  # fmt: skip
     """Advance the plant over a length of time, in steps of length/2^depth; return where it is, the depth, and the work.
 
     friction, state, parameters: The true friction: its compiled step, its state (changed in place), its parameters.

@@ -163,17 +163,9 @@ def sliding_sine_around(
 
 @Experiment
 def frequency_response(  # noqa: PLR0913 - the verb experiment gives each setting
-    axis: Axis,
-    *,
-    mean: float | None = None,
-    peaks: Sequence[float] | None = None,
-    lowest: float | None = None,
-    highest: float | None = None,
-    lines: int | None = None,
-    periods: int = 8,
-    ramp: float = 0.1,
-    seed: int = 0,
-) -> Iterator[Trial]:
+    axis: Axis, *, mean: float | None = None, peaks: Sequence[float] | None = None, lowest: float | None = None,
+    highest: float | None = None, lines: int | None = None, periods: int = 8, ramp: float = 0.1, seed: int = 0,
+) -> Iterator[Trial]:  # fmt: skip
     """Yield one record a peak of a periodic multisine on the control voltage, while the axis slides or rests.
 
     Sliding one way keeps Coulomb friction constant, so that it stays out of the response; around rest, two peaks show

@@ -155,19 +155,11 @@ Fit = Callable[[Sequence[Prepared]], tuple[GMSFit, Mapping[str, Estimate]]]  # A
 
 @one_blas_thread()
 def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
-    logs: Sequence[Log],
-    *,
-    static: StaticMap | None = None,
-    negative: StaticMap | None = None,
-    plant: Plant | None = None,
-    blocks: int | None = None,
-    most_blocks: int = virgin_curve.MOST_BLOCKS,
-    knots: Sequence[float] | None = None,
-    refined: bool = True,
-    cycles: tuple[int, int] | None = None,
-    places: int = PLACES,
-    on_time: bool = False,
-) -> GMSFit:
+    logs: Sequence[Log], *, static: StaticMap | None = None, negative: StaticMap | None = None,
+    plant: Plant | None = None, blocks: int | None = None, most_blocks: int = virgin_curve.MOST_BLOCKS,
+    knots: Sequence[float] | None = None, refined: bool = True, cycles: tuple[int, int] | None = None,
+    places: int = PLACES, on_time: bool = False,
+) -> GMSFit:  # fmt: skip
     """Identify alpha, k and C of the GMS model.
 
     The knots of the virgin curve of pre-sliding records give the blocks by eq. (6), and a replay of the GMS step along
@@ -257,17 +249,9 @@ def _on_time(ready: Sequence[Prepared], identified: Fit) -> tuple[GMSFit, list[N
 
 
 def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
-    ready: Sequence[Prepared],
-    *,
-    static: StaticMap | None,
-    negative: StaticMap | None,
-    blocks: int | None,
-    most_blocks: int,
-    knots: Sequence[float] | None,
-    refined: bool,
-    cycles: tuple[int, int] | None,
-    hunting: Hunting,
-) -> tuple[GMSFit, Mapping[str, Estimate]]:
+    ready: Sequence[Prepared], *, static: StaticMap | None, negative: StaticMap | None, blocks: int | None,
+    most_blocks: int, knots: Sequence[float] | None, refined: bool, cycles: tuple[int, int] | None, hunting: Hunting,
+) -> tuple[GMSFit, Mapping[str, Estimate]]:  # fmt: skip
     """Return the fit to prepared records, of which the first are in pre-sliding, and the lags of their forces."""
     count = sum(map(_is_slow, ready))
     hysteresis = [virgin_curve.find_cycles(record, cycles) for record in ready[:count]]
@@ -350,14 +334,9 @@ def _lag_of(slides: Sequence[Prepared], model: GMS, negative: StaticMap | None) 
 
 
 def _refined(
-    records: Sequence[Prepared],
-    maps: tuple[StaticMap, StaticMap | None],
-    start: GMS,
-    hunting: Hunting,
-    *,
-    with_level: bool,
-    with_C: bool,
-) -> replay_fit.ReplayFit:
+    records: Sequence[Prepared], maps: tuple[StaticMap, StaticMap | None], start: GMS, hunting: Hunting, *,
+    with_level: bool, with_C: bool,
+) -> replay_fit.ReplayFit:  # fmt: skip
     """Return the fit by replay from the blocks of the virgin curve; C is assumed where no record determines it."""
     given = {p.name: Estimate(getattr(maps[0], p.name), "") for p in StaticMap.parameters}
     start = replace(start, static=replace(start.static, F_s=start.static.F_s / mean_map(*maps).F_s * maps[0].F_s))

@@ -353,13 +353,9 @@ class MeasuredResponse:
 
 
 def measure_response(
-    record: Log | FrequencyResponse,
-    *,
-    period: float | None = None,
-    segment: float | None = None,
-    output: Literal["position", "force"] = "position",
-    driven: Mask | None = None,
-) -> MeasuredResponse:
+    record: Log | FrequencyResponse, *, period: float | None = None, segment: float | None = None,
+    output: Literal["position", "force"] = "position", driven: Mask | None = None,
+) -> MeasuredResponse:  # fmt: skip
     """Return the frequency response from control voltage to position (or to force) of one record.
 
     A periodic excitation (multisine, repeated sweep) is averaged over its periods, anything else over Welch's

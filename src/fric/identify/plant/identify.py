@@ -228,13 +228,9 @@ class PlantSolution:
 
 
 def solve(
-    sets: Sequence[Lines],
-    *,
-    friction: Literal["", "coulomb", "hysteresis"] = "",
-    misfits: Sequence[float] | None = None,
-    resonance: Resonance | None = None,
-    start: Real | None = None,
-) -> PlantSolution:
+    sets: Sequence[Lines], *, friction: Literal["", "coulomb", "hysteresis"] = "",
+    misfits: Sequence[float] | None = None, resonance: Resonance | None = None, start: Real | None = None,
+) -> PlantSolution:  # fmt: skip
     """Fit eq. (1) to the lines of one or more responses by weighted least squares on log magnitude and phase.
 
     The residual is ``ln(G_m/G)``, its real part the log magnitude, its imaginary part the phase, both over the relative
@@ -424,14 +420,9 @@ class ForceScale:
 
 
 def force_scale(
-    logs: Sequence[Log],
-    given: float | None,
-    motion: Motion,
-    *,
-    period: float | None = None,
-    segment: float | None = None,
-    strokes: Sequence[Log] = (),
-) -> ForceScale:
+    logs: Sequence[Log], given: float | None, motion: Motion, *, period: float | None = None,
+    segment: float | None = None, strokes: Sequence[Log] = (),
+) -> ForceScale:  # fmt: skip
     """Return K_f [N/V] and the lag of the force, from the response of force to input if records have both.
 
     Otherwise, and if K_f is not given, strokes determine K_f, but not the lag.
@@ -653,19 +644,11 @@ Method = Literal["response", "motion"]
 
 @one_blas_thread()
 def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
-    records: Sequence[Log | FrequencyResponse],
-    *,
-    hold: float | None = None,
-    continuous: bool = False,
-    coherence: float = 0.5,
-    band: tuple[float, float] = (0.0, np.inf),
-    period: float | None = None,
-    segment: float | None = None,
-    given_force_constant: float | None = None,
-    mass: float | None = None,
-    strokes: Sequence[Log] = (),
-    delay: float | None = None,
-) -> PlantFit:
+    records: Sequence[Log | FrequencyResponse], *, hold: float | None = None, continuous: bool = False,
+    coherence: float = 0.5, band: tuple[float, float] = (0.0, np.inf), period: float | None = None,
+    segment: float | None = None, given_force_constant: float | None = None, mass: float | None = None,
+    strokes: Sequence[Log] = (), delay: float | None = None,
+) -> PlantFit:  # fmt: skip
     """Fit A, B and T_d of eq. (1) to one or more frequency responses of one axis.
 
     A record in time includes the zero-order hold of the controller; a table is continuous. If two records differ in
@@ -1054,18 +1037,11 @@ class MotionFit:
 
 
 def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
-    logs: Sequence[Log],
-    *,
-    direction: Literal["both", "each"] = "both",
-    force_constant: float | None = None,
-    delay: float | None = None,
-    cutoff: float | None = None,
-    decimation: int | None = None,
-    border: int | None = None,
-    mass: float | None = None,
-    replayed: Callable[[Sequence[Prepared]], RigidAxis | None] | None = None,
+    logs: Sequence[Log], *, direction: Literal["both", "each"] = "both", force_constant: float | None = None,
+    delay: float | None = None, cutoff: float | None = None, decimation: int | None = None, border: int | None = None,
+    mass: float | None = None, replayed: Callable[[Sequence[Prepared]], RigidAxis | None] | None = None,
     place: ForceOverPosition | Literal["none"] | None = None,
-) -> MotionFit:
+) -> MotionFit:  # fmt: skip
     """Fit a rigid axis to motions by least squares on zero-phase filtered, decimated signals.
 
     The inverse dynamic model of Janot, Gautier and Brunot (Nonlinear System Identification Benchmarks, 2019):

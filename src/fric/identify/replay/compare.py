@@ -131,16 +131,10 @@ class Comparison:
 
 @one_blas_thread()
 def compare_models(
-    names: Sequence[str],
-    records: Sequence[Prepared],
-    splits: Sequence[Masks],
-    *,
-    static: Mapping[str, Estimate] | None = None,
-    negative: StaticMap | None = None,
-    blocks: int = 4,
-    seed: int = 0,
+    names: Sequence[str], records: Sequence[Prepared], splits: Sequence[Masks], *,
+    static: Mapping[str, Estimate] | None = None, negative: StaticMap | None = None, blocks: int = 4, seed: int = 0,
     advance: Callable[[], None] = lambda: None,
-) -> Comparison:
+) -> Comparison:  # fmt: skip
     """Fit every model on some samples and score it on others, by replay through whole records.
 
     Offset (and inertia) of a record are those of its fitted samples or, without any, of the scored samples. The best is

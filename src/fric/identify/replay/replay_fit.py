@@ -735,19 +735,11 @@ class ReplayFit:
 
 @one_blas_thread()
 def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each setting
-    name: str,
-    records: Sequence[Prepared],
-    *,
-    static: Mapping[str, Estimate] | None = None,
-    negative: StaticMap | None = None,
-    blocks: int = 4,
-    fix: Mapping[str, float] | None = None,
-    free: Sequence[str] = (),
-    seed: int = 0,
-    start: FrictionModel | None = None,
-    with_level: bool = False,
+    name: str, records: Sequence[Prepared], *, static: Mapping[str, Estimate] | None = None,
+    negative: StaticMap | None = None, blocks: int = 4, fix: Mapping[str, float] | None = None,
+    free: Sequence[str] = (), seed: int = 0, start: FrictionModel | None = None, with_level: bool = False,
     beyond: Beyond | None = None,
-) -> ReplayFit:
+) -> ReplayFit:  # fmt: skip
     """Fit a friction model to records by replay: a coarse global search (NLopt's CRS2), then least squares.
 
     The blocks of a GMS model are placed first if there is no start, and if they leave more than noise (`placed`). The
@@ -889,15 +881,9 @@ def _held(
 
 
 def _described(
-    search: Search,
-    best: Point,
-    placement: Placement | None,
-    warnings: list[Notice],
-    assumed: set[Key],
-    wider: Sequence[Real],
-    static: Mapping[str, Estimate] | None,
-    beyond: Beyond | None,
-) -> ReplayFit:
+    search: Search, best: Point, placement: Placement | None, warnings: list[Notice], assumed: set[Key],
+    wider: Sequence[Real], static: Mapping[str, Estimate] | None, beyond: Beyond | None,
+) -> ReplayFit:  # fmt: skip
     coordinates, records = search.coordinates, tuple(search.records)
     motion, x, seen = records[0].log.motion, best.x, search.seen(best)
     covariance, levels, quantile = np.full((len(x), len(x)), np.nan), None, _quantile(best, len(x))

@@ -85,15 +85,9 @@ class Coordinates:
 
     @classmethod
     def of(
-        cls,
-        model: type[FrictionModel],
-        ranges: Ranges,
-        *,
-        blocks: int,
-        held: Mapping[Key, float],
-        level: bool = False,
+        cls, model: type[FrictionModel], ranges: Ranges, *, blocks: int, held: Mapping[Key, float], level: bool = False,
         negative: StaticMap | None = None,
-    ) -> Self:
+    ) -> Self:  # fmt: skip
         """Return the coordinates of a model with all parameters free that are not fixed, and the level if requested."""
         free: list[Coordinate] = []
         for section, parameters in model.declared().items():

@@ -149,12 +149,9 @@ class ForeignTable(ABC):
     labels: Sequence[str] = ()  # Words of that column, as far as it is read
 
     def __init__(
-        self,
-        path: Path,
-        columns: Sequence[Column],
-        constants: Mapping[str, str] | None = None,
+        self, path: Path, columns: Sequence[Column], constants: Mapping[str, str] | None = None,
         said: Mapping[str, str] | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         if len(columns) > MOST_COLUMNS:
             raise FricError(f"has {len(columns)} columns", where=str(path), hint="Save those of one axis alone.")
         if (longest := max((len(column.name) for column in columns), default=0)) > MOST_LETTERS:

@@ -65,13 +65,9 @@ class Joined(ForeignTable):
     """
 
     def __init__(
-        self,
-        path: Path,
-        parts: Sequence[SharedClock],
-        constants: Mapping[str, str] | None = None,
-        said: Mapping[str, str] | None = None,
-        notices: Sequence[Notice] = (),
-    ) -> None:
+        self, path: Path, parts: Sequence[SharedClock], constants: Mapping[str, str] | None = None,
+        said: Mapping[str, str] | None = None, notices: Sequence[Notice] = (),
+    ) -> None:  # fmt: skip
         self._parts, self._before = tuple(parts), notices
         self._places = [(n, column) for n, part in enumerate(parts) for column in part.channels()]
         names = [parts[n].table.columns[column].name for n, column in self._places]
