@@ -25,8 +25,7 @@ C_WITHOUT_PLANT = Flaw("C-without-plant", "doubt",
     "Give `plant=`.", widens={"C": 1.0})
 LEVEL_DIFFERS = Flaw("level-differs", "doubt",
     "Pre-sliding friction is {level:.3f} times the map's F_s: its shape is used, at the map's level.",
-    "Record both on one day; check the unit of the force.",
-    widens={"B": 0.03}, circle_settles=True)
+    "Record both on one day; check the unit of the force.", widens={"B": 0.03}, circle_settles=True)
 LOST_MOTION = Flaw("lost-motion", lambda f: "wrong" if f.share > LARGE else "doubt",
     "After a reversal the force is flat for {slip:2}, {hollow:2} too low: backlash from drive to encoder.",
     "Remove the backlash, or measure at the table.")

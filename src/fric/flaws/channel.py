@@ -56,8 +56,7 @@ MODES_SWITCH = Flaw("modes-switch", "note",
     "record{compared:: error {compared}|}.")
 TWO_ENCODERS = Flaw("two-encoders", "note",
     "Friction is identified by the motor's encoder{lost:; the load lags {lost}|}{stiffness:, stiffness at most "
-    "{stiffness}|}.",
-    "`encoder='load'` takes the load's.")
+    "{stiffness}|}.", "`encoder='load'` takes the load's.")
 DRIVE_OFF = Flaw("drive-off", "note",
     "The drive is off for {share:.0%} of {records} (force exactly 0 at rest): this part is left out.")
 FORCE_COARSE = Flaw("force-coarse", "doubt",
@@ -66,14 +65,11 @@ ONE_DIRECTION = Flaw("one-direction", "doubt",
     "Only one direction was measured: F_c and an offset cannot be separated{level:, only their sum, {level}|}.",
     "Log strokes in both directions, or give the offset as the load.")
 FORCE_TURNED = Flaw("force-turned", "wrong", "Forward strokes took less force than backward ones: the sign of the "
-    "force is wrong.",
-    "Change the force's `sign:` in the mapping, and ingest again.")
+    "force is wrong.", "Change the force's `sign:` in the mapping, and ingest again.")
 DEAD_ZONE = Flaw("dead-zone", "wrong",
     "Inputs within ±{zone:2} make no force (a dead zone), beyond it {slope}: K_f and B are too small.",
-    "Take it out of the drive, or excite more strongly.",
-    widens={"K_f": 0.05, "B": 0.05})
-K_F_DIFFERS = Flaw("K_f-differs", "wrong",
-    "K_f was given as {given}, and the logged force is {found} times the input.",
+    "Take it out of the drive, or excite more strongly.", widens={"K_f": 0.05, "B": 0.05})
+K_F_DIFFERS = Flaw("K_f-differs", "wrong", "K_f was given as {given}, and the logged force is {found} times the input.",
     "Check the scales of force and input.", widens={"K_f": 0.1})
 FORCE_SCALE_DIFFERS = Flaw("force-scale-differs", "wrong",
     "{every:K_f is {other:.3g} times what {records} show: the response has another scale|"
@@ -88,5 +84,4 @@ K_F_MISSING = Flaw("K_f-missing", "note", "K_f is not known: no record shows for
 MASS_DIFFERS = Flaw("mass-differs", "wrong", "K_f/B is {found}, and the moving mass was stated as {stated}.",
     "Check the scales of force, input and position, and the mass.", widens={"B": 0.1})
 FORCE_NOT_PROPORTIONAL = Flaw("force-not-proportional", "doubt", "Force is not proportional to input: {segments} "
-    "steady means deviate {off:.0%} of their range from a line.",
-    "Check that the force is measured at the motor.")
+    "steady means deviate {off:.0%} of their range from a line.", "Check that the force is measured at the motor.")

@@ -3,8 +3,7 @@
 from fric.flaws.base import Flaw
 
 # fmt: off
-COMPENSATION_KICKS = Flaw("compensation-kicks", "note",
-    "The axes move inwards behind reversals: {quadrants}.",
+COMPENSATION_KICKS = Flaw("compensation-kicks", "note", "The axes move inwards behind reversals: {quadrants}.",
     "A compensation is too early, or the loop overshoots: switch it off before friction is tuned on the circle.")
 PREDICTION_WITHOUT_INTERVAL = Flaw("prediction-without-interval", "doubt",
     "The machine file has no intervals: only those of the circle and an encoder step are allowed for.",
@@ -64,8 +63,7 @@ LEARNING_GAINS_NOTHING = Flaw("learning-gains-nothing", "doubt",
 LEARNED_FOR_ONE_CIRCLE = Flaw("learned-for-one-circle", "note",
     "What was learned holds for this circle only: it leaves {best} there, but {others}.")
 LEARNED_FROM_ONE_CIRCLE = Flaw("learned-from-one-circle", "note", "What is learned holds for this radius, feed and "
-    "direction only: elsewhere a tuned model is better.",
-    "`fric learn MACHINE.yaml --rounds N` shows by how much.")
+    "direction only: elsewhere a tuned model is better.", "`fric learn MACHINE.yaml --rounds N` shows by how much.")
 NOTHING_FED_BEFORE = Flaw("nothing-fed-before", "note",
     "A share of {share:g} is learned as if no friction feedforward had been on in this round.",
     "From the second round on give the feedforward file of the recorded circle (`before=`).")

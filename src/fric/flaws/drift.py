@@ -16,8 +16,7 @@ FORCE_DRIFTS = Flaw("force-drifts", _severity,
     "The force {rate:rises|falls} by {change:.2g%} over the records, {a_minute:.2g%} a minute within "
     "strokes{clocked:| and more in pauses}.",
     "Friction or force constant {sure:drifts|may drift}: run the axis warm first, and log the speeds in another "
-    "order, each again.",
-    widens={"level": 0.08}, circle_settles=True)
+    "order, each again.", widens={"level": 0.08}, circle_settles=True)
 ENERGY_DRIFTS = Flaw("energy-drifts", "doubt",
     "The energy lost per cycle changes by {change:+.1%} (± {half:.1%}) over the record.",
     "Warm the axis up, and log again.", widens={"level": 0.08})

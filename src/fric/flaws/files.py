@@ -34,8 +34,7 @@ NO_REFERENCE = Flaw("no-reference", "note",
     "No reference was found: the lag is not known, and glitches are placed by the measured circle.")
 COLUMNS_BY_CONTENT = Flaw("columns-by-content", "doubt",
     "No header: {reference:columns {reference} are taken for the reference, |}columns {position} for x and y, in mm "
-    "from 0.",
-    "Say otherwise in a mapping, and where the voltage is.")
+    "from 0.", "Say otherwise in a mapping, and where the voltage is.")
 COLUMNS_LEFT_OUT = Flaw("columns-left-out", "doubt", "Columns are left out: {columns}.")
 AXES_LEFT_OUT = Flaw("axes-left-out", "note", "The file has other axes, which were not read: {axes}.",
     "Ingest each axis into a separate log file (`axis=`). `fric auto` reads all of them.")
@@ -56,8 +55,7 @@ FILE_UNUSED = Flaw("file-unused", "note",
     "{alone:See what is missing for its axis.|}")
 MAPPING_BUNDLED = Flaw("mapping-bundled", "note",
     "Read with the bundled mapping '{mapping}', the only one that fits: {files}.")
-MAPPING_PROPOSED = Flaw("mapping-proposed", "note",
-    "Columns were recognised by their values ({means}): {files}.")
+MAPPING_PROPOSED = Flaw("mapping-proposed", "note", "Columns were recognised by their values ({means}): {files}.")
 MAPPING_BESIDE = Flaw("mapping-beside", "note", "Read with the mapping beside it, {mapping}, of earlier answers.",
     "Change it there, or remove it to be asked again.")
 MAPPING_ASSUMED = Flaw("mapping-assumed", "doubt", "Assumed of {files}: {what}.",

@@ -34,8 +34,7 @@ SATURATES = Flaw("saturates", "doubt",
 NOT_LINEAR = Flaw("not-linear", "note",
     "{blocks}: not linear, so stability was judged by this run alone, not by poles.")
 NO_REVERSAL = Flaw("no-reversal", "doubt", "No axis reverses on this path at full feed: there is no glitch.")
-SCHEME_FAILED = Flaw("scheme-failed", "doubt",
-    "It could not run on {failed} of {runs} {of}, which are left out: {why}")
+SCHEME_FAILED = Flaw("scheme-failed", "doubt", "It could not run on {failed} of {runs} {of}, which are left out: {why}")
 DRIVE_SATURATES = Flaw("drive-saturates", "doubt", "The drive saturates on {saturated} of {machines} machines.")
 SPREAD_UNUSED = Flaw("spread-unused", "doubt",
     "The spread of {name} has no effect: no axis has such a parameter, or another spread draws it.")
@@ -55,5 +54,4 @@ PLAN_PLANT_UNSURE = Flaw("plan-plant-unsure", "doubt", "The expected A and B ass
     "response may be several times less certain.", "Give the plant of the last response with `plant=`.")
 PLAN_FRICTION_ALONE = Flaw("plan-friction-alone", "note",
     "Errors of the plant are not included: the glitch of scheme {scheme} is narrowed by friction alone.")
-PLAN_ACCURACY = Flaw("plan-accuracy", "doubt",
-    "{name}: {records} {reach}; {end}.")
+PLAN_ACCURACY = Flaw("plan-accuracy", "doubt", "{name}: {records} {reach}; {end}.")

@@ -16,8 +16,7 @@ A_OPEN = Flaw("A-open", "doubt", "A cannot be distinguished from 0: the lowest f
 A_HOLDS_FRICTION = Flaw("A-holds-friction", lambda f: "note" if f.small else "doubt",
     "The axis reverses while it is excited, so A includes friction{small:|, and is taken as 0}: {each}.",
     "{small:By the lines between the driven ones it is less than {limit:.0%} of A.|Strokes show all damping instead. "
-    "Log a second amplitude, or excite around a steady motion.}",
-    widens={"A": 0.3, "level": 0.05})
+    "Log a second amplitude, or excite around a steady motion.}", widens={"A": 0.3, "level": 0.05})
 A_HOLDS_VISCOUS = Flaw("A-holds-viscous", "note",
     "A includes the guideway's viscous friction over the moving mass, besides the drive's damping.",
     word=("A", "sigma included"))
@@ -29,8 +28,7 @@ T_D_AT_BOUND = Flaw("T_d-at-bound", "doubt",
     "Check the log, and `hold=`.", widens={"T_d": 0.3})
 T_D_ASSUMED = Flaw("T_d-assumed", "doubt",
     "A {effort:logged force|motion} does not show T_d: {effort:that of a current loop of 500 Hz|half a sample, the "
-    "hold,} is assumed.",
-    "Give it with `delay=`.", widens={"T_d": 0.5}, no_response=True)
+    "hold,} is assumed.", "Give it with `delay=`.", widens={"T_d": 0.5}, no_response=True)
 LINES_STAND_OFF = Flaw("lines-stand-off", "note",
     "Lines left out ({count}), which deviate as harmonics of friction do: {lines:.4g} Hz.")
 RESPONSE_MISFIT = Flaw("response-misfit",

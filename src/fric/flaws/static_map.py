@@ -55,8 +55,7 @@ STROKES_IN_PRESLIDING = Flaw("strokes-in-presliding", "doubt",
 STROKES_SETTLING = Flaw("strokes-settling",
     lambda f: "note" if f.share < SMALL else "doubt" if f.share < LARGE else "wrong",
     "In {strokes} strokes from {slowest:2} to {fastest:2} the force settles: up to {most:2} removed (C = {C:2}).",
-    "Log longer strokes.",
-    widens={"v_s": 0.3}, circle_settles=True)
+    "Log longer strokes.", widens={"v_s": 0.3}, circle_settles=True)
 STROKES_SWING = Flaw("strokes-swing", lambda f: "doubt" if f.most > STICKS else "note",
     "{several:{strokes} strokes from {slowest} to {fastest} swing|A stroke at {fastest} swings} by up to {most:.0%} "
     "(rms){sticks:, some stick|}: allowed for.")
@@ -67,8 +66,7 @@ DAMPING_TOO_LARGE = Flaw("damping-too-large", "wrong",
     "The plant's damping of {damping} is {beyond} larger than the strokes show.",
     "The axis reversed while it was excited, the strokes differ, or one is of another axis. Excite it one way.",
     widens={"A": 0.2, "level": 0.05})
-SIGMA_IN_A = Flaw("sigma-in-A", "note",
-    "sigma is 0: the plant's damping, {damping}, includes viscous friction.",
+SIGMA_IN_A = Flaw("sigma-in-A", "note", "sigma is 0: the plant's damping, {damping}, includes viscous friction.",
     word=("sigma", "included in A"))
 ONE_SPEED = Flaw("one-speed", "doubt", "Only one speed was logged ({speed}): the friction there is given, and no map.",
     "Log strokes at ten speeds.")
