@@ -171,8 +171,8 @@ def export_axis(
     A folder of `fric auto` in place of a machine gives its machine, its run, and the circles of that run.
 
     target: c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.
-    scheme: The scheme: friction feedforward, and blocks. Its name, or itself. Where not given, the one that the run of
-        a folder of `fric auto` recommends; else f (twincat: b).
+    scheme: The scheme: friction feedforward, and blocks; by default the one that a folder of `fric auto` recommends,
+        else f (twincat: b). Its name, or itself.
     part: compensation; or machine, the axis itself as a plant to test a controller.
     single: Single precision (c).
     circles: A measured circle. Where it differs from the machine's prediction, and the varied machines were not fitted
