@@ -39,8 +39,12 @@ def on_page_read_source(page: Any, **_: Any) -> str | None:
 
 def executed(notebook: Path) -> list[Any]:
     """Return the cells of a notebook with their outputs; a cell that fails ends the build."""
-    import nbformat
-    from nbclient import NotebookClient
+    try:
+        import nbformat
+        from nbclient import NotebookClient
+    except ImportError:
+        what = "The notebook is run by nbclient: `make docs` installs it, and FRIC_NOTEBOOK=as-it-is leaves it out."
+        raise SystemExit(what) from None
 
     given = nbformat.read(notebook, as_version=4)
     quiet = ["--log-level=40"]  # else the kernel warns of how it is reached, each time

@@ -21,6 +21,7 @@ from fric.flaws import flaw_of, prediction
 from fric.flaws.circle import COMPLETED_DISAGREES, GAINS_UNKNOWN
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import CIRCLE_UNUSED, NO_MEASURED_CIRCLE, NOTHING_SIMULATED
+from fric.flaws.static_map import STROKES_SCATTER
 from fric.notice import Notice
 from fric.simulate.contour_run import Chance
 from fric.units import readable
@@ -141,6 +142,11 @@ class Evidence:
         unknown = any(notice.code == GAINS_UNKNOWN.code for notice in self.distrust)
         shown = self.compared and not self.disagreements and not unknown
         return not shown and any(notice.code == GAINS_DESIGNED.code for notice in self.notices)
+
+    @property
+    def mixed(self) -> bool:
+        """Whether the strokes of an axis may be of two machines."""
+        return any(notice.code == STROKES_SCATTER.code and notice.severity == "wrong" for notice in self.notices)
 
     @property
     def far(self) -> list[Notice]:
@@ -344,7 +350,7 @@ def decide(evidence: Evidence) -> Verdict:
     given: dict[str, Any] = {"settled": tuple(evidence.settled), "compared": evidence.glitches}
     given["unmodelled"] = evidence.unmodelled
     given["now"] = now = glitch_now(without, evidence) if (without := bare(evidence.candidates)) else ""
-    if evidence.disagreements or evidence.far or not usable:
+    if evidence.disagreements or evidence.far or evidence.mixed or not usable:
         why += tuple(evidence.far[:1])
         then = tuple(steps(evidence, None))
         return Verdict(choice=None, headline=nothing(evidence), why=why, effort=said, next=then, kept=kept, **given)
@@ -547,6 +553,8 @@ def nothing(evidence: Evidence) -> str:
         predicted, measured = (readable(glitch, "m", 3) for glitch in evidence.glitches)
         doubt = f"predicted {predicted}, measured {measured}. Are the gains, and the circle, those of this machine?"
         return f"No scheme is recommended: {doubt}"
+    if evidence.mixed:
+        return "No scheme is recommended: strokes scatter by over half of their force. Are they of two machines?"
     if evidence.rotary:
         said = "schemes are compared on a circle, which needs a linear axis."
         screw = 'Of a screw, say in a mapping what a count or an angle is as a length: `scale: "0.1 um"`.'
