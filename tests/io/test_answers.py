@@ -104,6 +104,7 @@ def test_a_field_t_of_a_structure_is_the_time() -> None:
     """A file of MATLAB 7.3 whose columns are all known had an open question that nothing asked."""
     assert spoken(Column("data(1).t")).quantity == "time"
     assert spoken(Column("data(1).tau_Nm")).quantity == "force"
+    assert [spoken(Column(f"log.sig.{name}")).quantity for name in "Fu"] == ["force", "input"]  # u was left out
 
 
 @pytest.mark.parametrize("answer", ["1", "2"])

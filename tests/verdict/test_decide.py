@@ -16,6 +16,7 @@ from fric.estimate import Estimate
 from fric.flaws.circle import COMPLETED_DISAGREES, GAINS_UNKNOWN
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import CANNOT_RUN, CIRCLE_UNUSED, NOT_AS_PREDICTED
+from fric.flaws.static_map import STROKES_SCATTER
 from fric.notice import Notice
 from fric.simulate.contour_run import Circle, run_circle
 from fric.units import readable
@@ -364,3 +365,11 @@ def test_a_scheme_that_may_leave_more_than_now_is_not_used(most):
     now = np.concatenate([np.full(30, 180.0), np.linspace(300.0, 700.0, 10)])
     found = decide(evidence(leaves("a", 180, now), leaves("b", 120, wide)))
     assert found.headline.startswith("Use (b)" if most < 180 else "(b) static is the best, and may leave more than now")
+
+
+def test_strokes_that_scatter_by_most_of_their_force_give_no_scheme():
+    """Strokes of two machines in a folder, which scattered by 85 % of the force: "use (b)", and no word of two."""
+    table = leaves("a", 20, 20 * LEVEL), leaves("b", 8, 8 * LEVEL)
+    for share, given in ((0.85, False), (0.3, True)):
+        notice = STROKES_SCATTER.found(spread=Estimate(72.0, "N"), share=share, large=True)
+        assert (decide(evidence(*table, notices=[notice])).choice is not None) is given

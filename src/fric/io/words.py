@@ -141,8 +141,8 @@ def spoken(column: Column) -> Spoken:
     path = typed if any(_has(_words(typed), known) for known in QUANTITIES.values()) else path
     name, leaf = _words(path), _words(path.rpartition("/")[2])  # /joint_states/elbow/position is a position
     shows = leaf in LETTERS or leaf.startswith("f ") or any(_has(leaf, known) for known in QUANTITIES.values())
-    last = _words(re.split(r"\.(?=\w+$)", path)[-1])  # log.sig.u is an input, as u is
-    name = leaf if shows else last if last in LETTERS else name
+    field = _words(re.split(r"\.(?=\w+$)", path)[-1])  # log.sig.u is an input, as u is
+    name = leaf if shows else field if field in LETTERS else name
     by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
     unit = _unit_of(column)
     unit = "N*m" if unit == "nm" and by_name == "force" else unit or ("count" if _has(name, SHOWS["counts"]) else None)
