@@ -148,7 +148,7 @@ def other_kind(path: Path, given: str, wanted: str) -> FricError:
     """Return the error of a file of fric's that is of another kind than is wanted, with what to type."""
     kind, asked = (text.partition("/")[0] for text in (given, wanted))
     taken = TAKEN.get(kind, ()) if kind != asked else ()  # nothing takes another version
-    use = " or ".join(f"`{text.format(shlex.quote(str(path)))}`" for text in taken)
+    use = " or ".join(f"`{text.format(shlex.quote(Path(path).as_posix()))}`" for text in taken)
     hints = [f"Use it in {use}."] if use else []
     hints += [f"A {asked} file is made by {MADE[asked]}."] if asked in MADE else []
     what = f"is a {kind} file, and a {asked} file is needed" if taken else f"holds {given}, not {wanted}"

@@ -468,7 +468,7 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     beside = [f"{first_of(others)}: {reason}" for reason, others in more[:3]]
     lacks = "Log time, position or velocity, and force, torque or current of a moving axis in one file; where they are "
     lacks += "there, name them in a mapping"
-    mapped = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
+    mapped = shlex.join(["fric", "ingest", files[0].as_posix(), "--propose", "map.yaml"])
     hint = f"{'Say it in a mapping' if NO_SCALE in why else lacks}: `{mapped}`."
     if LEAVES_OUT in why or files[0].suffix == ".h5":
         hint = ""
@@ -534,7 +534,7 @@ def _schemes(axes: Mapping[str, AxisOutcome], machine: Path) -> tuple[list[str],
     lacks, alone = (next((name for name, has in modelled.items() if has is known), "") for known in (False, True))
     if not (lacks and alone):
         return can, ""
-    command = shlex.join(["fric", "simulate", "circle", str(machine), "--axis", alone])
+    command = shlex.join(["fric", "simulate", "circle", machine.as_posix(), "--axis", alone])
     left_out = f"Schemes with the GMS model were left out, since {lacks.upper()} has none."
     return can, f"{left_out} For {alone.upper()} alone: `{command}`."
 

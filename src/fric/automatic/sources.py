@@ -204,7 +204,7 @@ def _say(found: Sources) -> None:
         if len(shared) >= MOST_ALIKE:
             found.description.append(FOLDERS_TOGETHER.found(axis=axis, folders=[folder.name for folder in folders]))
     for why, files in found.refused.items():
-        propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
+        propose = shlex.join(["fric", "ingest", files[0].as_posix(), "--propose", "map.yaml"])
         propose = propose if "column" in why or BY_SIGNS in why else ""
         found.description.append(FILE_LEFT_OUT.found(first_of(files), why=why, propose=propose))
     for name, files in found.beside.items():

@@ -50,7 +50,7 @@ class ExampleResult(Result, schema=ExampleDocument):
         strokes = len(self.files) - len(shown)
         lines: list[Piece] = [*shown, *([f"data/strokes: {strokes} files"] if strokes else [])]
         if self.name == RIG:
-            lines.append(f"try: cd {quote(str(self.folder))} && fric auto data -o found")
+            lines.append(f"try: cd {quote(self.folder.as_posix())} && fric auto data -o found")
         return lines
 
 
