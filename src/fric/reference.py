@@ -180,8 +180,7 @@ def staircase(
     t = instants(dwell + len(senses) * (ramp + dwell), sampling)
     last = np.minimum(np.floor(np.maximum(t - dwell, 0.0) / (ramp + dwell)).astype(int), len(senses) - 1)
     S, _, slope, curve = smooth_step((t - dwell - last * (ramp + dwell)) / ramp)
-    sense = step * senses[last]
-    begin = step * np.append(0.0, np.cumsum(senses))[last]
+    sense, begin = step * senses[last], step * np.append(0.0, np.cumsum(senses))[last]
     return Reference(sampling, begin + sense * S, sense / ramp * slope, sense / ramp**2 * curve)
 
 

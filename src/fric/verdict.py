@@ -18,7 +18,7 @@ from fric.documents.base import provenance
 from fric.documents.bundled import bundled
 from fric.estimate import Estimate
 from fric.flaws import flaw_of, prediction
-from fric.flaws.circle import COMPLETED_DISAGREES, GAINS_UNKNOWN
+from fric.flaws.circle import COMPLETED_DISAGREES, GAINS_UNKNOWN, LOOP_LAGS
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import CIRCLE_UNUSED, NO_MEASURED_CIRCLE, NOTHING_SIMULATED
 from fric.flaws.static_map import STROKES_SCATTER
@@ -361,8 +361,8 @@ def decide(evidence: Evidence) -> Verdict:
         kept = max(chosen.stays_under, seen) <= evidence.tolerance
         if seen > evidence.tolerance:
             why += (prediction.MEASURED_BEYOND.found(scheme=chosen.named, seen=Estimate(seen, "m")),)
-    wrong = any(notice.severity == "wrong" for notice in why)  # then an export is refused; the reasons say what to mend
-    then = tuple(step for step in steps(evidence, chosen, kept=kept) if not (wrong and step.startswith("fric export ")))
+    # an export of what is not trusted is refused; the reasons say what to mend
+    then = tuple(step for step in steps(evidence, chosen, kept=kept) if not (why and step.startswith("fric export ")))
     return Verdict(
         choice=chosen, headline=headline(chosen, without, now, evidence, kept=kept), why=why, kept=kept,
         effort=(*_effort(chosen, usable, evidence), *said), next=then, **given,
@@ -548,7 +548,9 @@ def nothing(evidence: Evidence) -> str:
         if n := evidence.agree:
             others = f"{n} other circle{'s agree' if n > 1 else ' agrees'}"
             differs = f"{_circle_apart(evidence).stem} differs from its prediction, and {others}"
-        return f"No scheme is recommended: {differs}. Find out why first: was a compensation on?"
+        lags = any(notice.code == LOOP_LAGS.code and notice.severity == "wrong" for notice in evidence.distrust)
+        cause = "the drive feeds no velocity forward." if lags else "was a compensation on?"
+        return f"No scheme is recommended: {differs}. Find out why first: {cause}"
     if evidence.far and evidence.glitches:
         predicted, measured = (readable(glitch, "m", 3) for glitch in evidence.glitches)
         doubt = f"predicted {predicted}, measured {measured}. Are the gains, and the circle, those of this machine?"
@@ -557,7 +559,7 @@ def nothing(evidence: Evidence) -> str:
         return "No scheme is recommended: strokes scatter by over half of their force. Are they of two machines?"
     if evidence.rotary:
         said = "schemes are compared on a circle, which needs a linear axis."
-        screw = 'Of a screw, say in a mapping what a count or an angle is as a length: `scale: "0.1 um"`.'
+        screw = "Of a screw, give `motion: linear/A` and each scale as a length (docs/formats.md, ball screw)."
         return f"No scheme is recommended: {said} {screw}"
     if evidence.missing:
         names = dict.fromkeys(re.split("[:,]", text)[0] for text in evidence.missing)
@@ -567,9 +569,13 @@ def nothing(evidence: Evidence) -> str:
     return "No scheme is recommended: each scheme that was run has a reason against it."
 
 
+LOG_WHOLE = "fric ingest --kind circle LOG.csv -o circle.h5   # with voltage, at the controller's rate"
+
+
 def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = None) -> Iterator[str]:
     """Yield the next commands, the most urgent first."""
     machine, circle = quote(evidence.machine), quote(evidence.circle.replace(sep, "/"))
+    unused = any(notice.code == CIRCLE_UNUSED.code for notice in evidence.distrust)
     if evidence.rotary or evidence.failed:
         return
     if evidence.designed:
@@ -584,8 +590,8 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         circle = quote(_circle_apart(evidence).as_posix())
     if evidence.disagreements or evidence.far:
         yield f"fric diagnose {circle} --machine {machine} --plot circle.png"
-        if any(notice.code == CIRCLE_UNUSED.code for notice in evidence.distrust):  # no fit: nor can it be tuned
-            yield "fric ingest --kind circle LOG.csv -o circle.h5   # with voltage, at the controller's rate"
+        if unused:  # no fit: nor can it be tuned
+            yield LOG_WHOLE
         else:
             yield f"fric tune {machine} {circle} -o tuned   # if it is of this machine, without compensation"
         return
@@ -601,16 +607,24 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         yield f"fric diagnose circle.h5 --machine {machine}"
     elif kept is False:
         yield f"fric tune {machine} {circle} -o tuned"
+    elif unused:
+        yield LOG_WHOLE
     elif chosen is not None and not chosen.scheme.bare:
-        if any(flaw_of(notice).disagrees for notice in evidence.settled):
-            yield f"fric tune {machine} {circle} -o tuned   # the identified machine differs"
-        axis = evidence.axes[0] if evidence.axes else "x"
-        place = re.search(r" -o ('[^']*'|\S+)", evidence.command)  # of the run that the verdict is from
-        run = place[1] + "/circle.h5" * evidence.command.startswith("fric auto ") if place else "run.h5"
-        of_axis, folder = f"--axis {axis} --scheme {chosen.scheme.name}", machine.removesuffix("/machine.yaml")
-        if run == f"{folder}/circle.h5" and f" --measured {circle} " in evidence.command:
-            tabled = chosen.scheme.friction == "static" and not chosen.scheme.blocks  # which a table of a drive holds
-            others = "twincat, sinumerik, st, c" if tabled else "st, c, fmi"
-            yield f"fric export linuxcnc {folder} {of_axis} -o controller   # or to {others}"
-        else:
-            yield f"fric export linuxcnc {machine} {of_axis} --run {run} --circle {circle} -o controller"
+        yield from _onto(evidence, chosen, machine, circle)
+
+
+def _onto(evidence: Evidence, chosen: Candidate, machine: str, circle: str) -> Iterator[str]:
+    """Yield the commands that put a scheme onto the controller."""
+    if any(flaw_of(notice).disagrees for notice in evidence.settled):
+        yield f"fric tune {machine} {circle} -o tuned   # the identified machine differs"
+    axis = evidence.axes[0] if evidence.axes else "x"
+    place = re.search(r" -o ('[^']*'|\S+)", evidence.command)  # of the run that the verdict is from
+    run = place[1] + "/circle.h5" * evidence.command.startswith("fric auto ") if place else "run.h5"
+    of_axis, folder = f"--axis {axis} --scheme {chosen.scheme.name}", machine.removesuffix("/machine.yaml")
+    if run == f"{folder}/circle.h5" and f" --measured {circle} " in evidence.command:
+        tabled = chosen.scheme.friction == "static" and not chosen.scheme.blocks  # which a table of a drive holds
+        others = "twincat, sinumerik, st, c" if tabled else "st, c, fmi"
+        both = "".join(f"; then --axis {other}" for other in evidence.axes[1:])
+        yield f"fric export linuxcnc {folder} {of_axis} -o controller   # or to {others}{both}"
+    else:
+        yield f"fric export linuxcnc {machine} {of_axis} --run {run} --circle {circle} -o controller"

@@ -254,6 +254,9 @@ def test_every_identify_judges_a_record_alike(identify: str) -> None:
 
     if identify == "static":
         logs = [replace(log, force=np.clip(log.force, -80.0, 80.0)) for log in session()]
+        with pytest.raises(FricError, match="the force is clipped in each stroke"):
+            identify_static(logs, Asked())
+        logs = [replace(log, force=np.clip(log.force, -83.0, 83.0)) for log in session()]
         warnings = identify_static(logs, Asked()).warnings
     else:
         logs = [replace(log, force=np.clip(log.force, -120.0, 120.0)) for log in pair(step=0.0, noise=0.5)]

@@ -43,6 +43,27 @@ def test_a_clipped_record_beside_a_whole_one_is_left_out_and_told() -> None:
     assert any(one["code"] == "clipped-unused" for one in found.document["warnings_coded"])
 
 
+def test_strokes_whose_force_is_cut_are_left_out_of_the_map() -> None:
+    """Twelve of 17 strokes were cut at 70 N: F_c was 73 (70 … 76) for 63, and a scheme was recommended."""
+    logs = fric.read(DATA / "constant-velocity.h5")
+    whole = fric.identify_static(*logs)
+
+    def cut(limit: float) -> fric.StaticResult:
+        return fric.identify_static(*(replace(log, force=np.clip(log.force, -limit, limit)) for log in logs))
+
+    for limit in (75.0, 85.0):  # F_c was 69.6 (66.9 … 71.9) at 75 N
+        found = cut(limit)
+        severity = {one["code"]: one["severity"] for one in found.document["warnings_coded"]}
+        assert (severity["clipped-unused"], severity["force-clipped"]) == ("doubt", "wrong")
+        for name in ("F_c", "F_s"):
+            low, high = getattr(found, name).ci95
+            assert low < float(getattr(whole, name)) < high
+    with pytest.raises(FricError, match="the force is clipped in all but 2 strokes"):
+        cut(70.0)
+    with pytest.raises(FricError, match="the force is clipped in each stroke"):
+        cut(60.0)
+
+
 def test_coarse_counts_of_a_force_are_no_clipping() -> None:
     for log in [*fric.read(DATA / "constant-velocity.h5"), *sines()]:
         for count in (25.0, 10.0):

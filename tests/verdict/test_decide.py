@@ -330,6 +330,10 @@ def test_a_machine_that_differs_from_its_circle_is_tuned_before_it_is_exported()
     assert [text.split()[1] for text in agrees.next] == ["export"]
     assert [text.split()[1] for text in found.next] == ["tune", "export"]
     assert (found.trusted, found.differs, agrees.differs) == (True, True, False)
+    unused = CIRCLE_UNUSED.found("c.h5", why="no voltage was recorded, which tuning needs")
+    doubted = decide(evidence(*schemes, distrust=[unused], **names))
+    assert doubted.why
+    assert [text.split()[1] for text in doubted.next] == ["ingest"]  # an export would be refused; such a log mends it
 
 
 @pytest.mark.parametrize(("predicted", "decided"), [(30 * UM, True), (44 * UM, False), (11 * UM, False)])

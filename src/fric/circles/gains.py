@@ -20,7 +20,7 @@ from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, EFFORT_SM
 from fric.kernels.block import Commands, Sample
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.resolution import clipped_samples
+from fric.records.resolution import clipped
 from fric.statistics import hac_covariance, memory, parameter_covariance, robust_deviation
 from fric.units import Motion, is_effort, si_unit
 
@@ -438,10 +438,10 @@ class _Fit:
     def __init__(self, r: Real, z: Real, u: Real, rate: float, *, lag: float | None = None, late: float = 0.0) -> None:
         self.lag, self.late, self.swapped = lag, late, False
         self.rate, self.r, self.z = rate, r, z
-        edges = [int(START * len(r)), len(r)]
-        if clipped_samples(u):  # at its limit a voltage is no sum of gains: the longest stretch without is used
-            edges[1:1] = [n for n in np.flatnonzero(np.abs(u) >= np.abs(u).max()).tolist() if n > edges[0]]
-        self.used = slice(*max(pairwise(edges), key=lambda ends: ends[1] - ends[0]))
+        start, stop = int(START * len(r)), len(r)
+        edges = [start, *(n for n in np.flatnonzero(clipped(u)).tolist() if n > start), stop]
+        longest = max(pairwise(edges), key=lambda ends: ends[1] - ends[0])  # at its limit it is no sum of gains
+        self.used = slice(*(longest if 2 * (longest[1] - longest[0]) > stop - start else (start, stop)))
         velocity = np.gradient(r, 1 / rate)
         fed = np.column_stack([np.ones(len(r)), r, velocity, np.gradient(velocity, 1 / rate)])[self.used]
         size = np.abs(fed).max(axis=0)

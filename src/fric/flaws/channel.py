@@ -43,7 +43,7 @@ INPUT_CLIPPED = Flaw("input-clipped", lambda f: "wrong" if f.sure else "doubt",
     "The input is clipped in {samples} samples{sure:: what lies beyond is missing|, or varies within a step}.",
     "Log again with a larger range.")
 CLIPPED_UNUSED = Flaw("clipped-unused", "doubt",
-    "The force is clipped in {counted}: {left_out:these records are left out|these samples are not compared}.",
+    "The force is clipped in {counted}: {left_out:these are left out|these samples are not compared}.",
     "Log again with a larger range.", widens={"level": 0.1})
 FOREIGN_COMPENSATION = Flaw("foreign-compensation", "wrong",
     "The control compensates friction, {when}: at {count} of {reversals} reversals it jumps {height} ahead.",

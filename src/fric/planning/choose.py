@@ -96,8 +96,7 @@ def _friction(known: FrictionDocument, axis: Axis) -> Any:
     names = known.model_names()
     if names:
         return known.friction("gms" if "gms" in names else names[0])
-    static = known.friction("static")
-    model = _forward(axis)
+    static, model = known.friction("static"), _forward(axis)
     forward = static.model if isinstance(static, Directed) else static
     if not (isinstance(model, OnStaticMap) and isinstance(forward, StaticMap) and hasattr(model, "k")):
         return static
@@ -259,8 +258,7 @@ def _sliding(axis: Axis, limits: Limits, times: int) -> Planned:
 
 def _response(axis: Axis, limits: Limits, times: int) -> Planned:
     lowest, periods, sampling = 2.0, 10, axis.cascade.sampling
-    highest = _rounded(min(500.0, sampling / 8))
-    lasting = 1.1 + (periods + 1) / lowest
+    highest, lasting = _rounded(min(500.0, sampling / 8)), 1.1 + (periods + 1) / lowest
     mean = min(0.3 * limits.feed, MARGIN * limits.stroke / (lasting + 0.2), 30e-3 if not rotates(axis.motion) else 3.0)
     ramp = _ramp(mean, limits)
     mean = min(mean, MARGIN * limits.stroke / (lasting + ramp))
@@ -310,8 +308,7 @@ def narrowing(
     if not isinstance(model, GMS):
         hint = "Identify one with `fric identify gms`; `fric plan --friction` says which records that takes."
         raise FricError("planning needs a GMS model with a common map for both directions", hint=hint)
-    known = _known_of(covariances, model)
-    planned = choose(axis, limits)
+    known, planned = _known_of(covariances, model), choose(axis, limits)
     circle = next(record for record in planned if record.kind == "circle").settings
     test = Circle(float(circle["radius"]), float(circle["feed"]))  # type: ignore[arg-type]
     slopes = _slopes(machine, axis, model, known, scheme, test, advance)
@@ -457,8 +454,7 @@ def _information(logs: Sequence[Log], axis: Axis, model: GMS, known: _Known, bet
         J = problem.jacobian(theta) / problem.standard_error[:, None]
         of, found = problem.free, J.T @ J
     else:
-        ready = prepared(logs, axis.plant)
-        slides = logs[0].kind == "sliding-sine"
+        ready, slides = prepared(logs, axis.plant), logs[0].kind == "sliding-sine"
         records = [record.in_sliding() if slides else find_cycles(record).for_replay() for record in ready]
         of, found = replay_information(records, model, ranges, Hunting(axis.plant))
     at = [names.index(name) for name in of if name in names]

@@ -88,8 +88,7 @@ def tracking(log: Log) -> Tracking | None:
     t, speed = log.time, np.gradient(reference, log.time)
     columns = np.column_stack([np.ones(len(t)), speed, np.gradient(speed, t)])
     columns /= np.maximum(np.abs(columns).max(axis=0), 1e-300)
-    far = np.ones(len(t), dtype=bool)
-    spans = _around_reversals(t, reference, at)
+    far, spans = np.ones(len(t), dtype=bool), _around_reversals(t, reference, at)
     for begin, _, end in spans:
         far[begin:end] = False
     if far.sum() < SAMPLES // 4:

@@ -355,8 +355,7 @@ def inspect_table(record: ForceVelocity) -> TableInspection:
     """Return the content of a table of forces and velocities, and whether a map can be fitted to it."""
     moving = record.velocity != 0.0
     v, F = record.velocity[moving], record.force[moving]
-    speeds = np.unique(np.round(np.abs(v), 12))
-    directions = len(np.unique(np.sign(v)))
+    speeds, directions = np.unique(np.round(np.abs(v), 12)), len(np.unique(np.sign(v)))
     good = len(speeds) > 1
     why = f"{len(speeds)} speeds in {'both directions' if directions == 2 else 'one direction'}"
     why += "" if len(speeds) >= SPEEDS else f": a map takes {SPEEDS}, here or with other records"

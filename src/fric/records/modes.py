@@ -102,8 +102,7 @@ def switched(log: Log) -> Notice | None:
     times = [f"{time:.13g}" for time in np.round(log.time, 3)]  # of a clock that counts from 1970 seconds differ late
     spans = [f"{part.mode} from {times[part.start]} to {times[part.stop - 1]} s" for part in parts]
     errors, glitches = _compared(log, parts, names)
-    unit = log.unit("position")
-    rows = zip(names, errors, glitches, strict=False)
+    unit, rows = log.unit("position"), zip(names, errors, glitches, strict=False)
     compared = [f"{name} {readable(rms, unit)} rms and {readable(peak, unit)} at reversals" for name, rms, peak in rows]
     return MODES_SWITCH.found(
         log.where, logged=parts[0].logged, parts=spans, compared=compared, modes=names,
@@ -121,8 +120,7 @@ def _logged(log: Log) -> list[ModePart]:
     turns = find_reversals(z)
     if len(turns) > 1 and max(int(((a < turns) & (turns < b)).sum()) for a, b in pairwise(edges)) < 2:
         return []
-    onoff = set(np.unique(log.mode)) <= {0.0, 1.0}
-    least = 0.01 * float(np.ptp(z))
+    onoff, least = set(np.unique(log.mode)) <= {0.0, 1.0}, 0.01 * float(np.ptp(z))
     found = []
     for a, b in pairwise(map(int, edges)):
         value = float(log.mode[a])
@@ -210,8 +208,7 @@ def _of_two(glitches: Real, least: float) -> list[bool | None] | None:
         range(2, len(order) - 1), key=lambda n: n * float(order[:n].var()) + (len(order) - n) * float(order[n:].var())
     )
     low, high = float(np.median(order[:n])), float(np.median(order[n:]))
-    gap = high - low
-    off = np.minimum(np.abs(sizes - low), np.abs(sizes - high))
+    gap, off = high - low, np.minimum(np.abs(sizes - low), np.abs(sizes - high))
     if gap < np.log(ERRORS_APART) or np.exp(high) - np.exp(low) < least or np.median(off) > SCATTER * gap:
         return None
     return [None if d > 2.0 * SCATTER * gap else bool(s > 0.5 * (low + high)) for s, d in zip(sizes, off, strict=True)]

@@ -46,8 +46,7 @@ def smooth_motion(time: Real, position: Real) -> Motion:
     Raises FricError: When the position moves by fewer than eight counts.
     """
     t, z = np.asarray(time, float), np.asarray(position, float)
-    dt = float(np.median(np.diff(t)))
-    step = encoder_step(z)
+    dt, step = float(np.median(np.diff(t))), encoder_step(z)
     if not (moved := np.abs(np.diff(z))).any():
         raise FricError("the position does not move", hint="Log a motion of many encoder steps.")
     if step < FINE * float(np.median(moved[moved > 0])):
@@ -129,8 +128,7 @@ def slope(t: Real, z: Real) -> Real:
 
 def _flickers(counts: Real) -> Mask:
     """Return the counts of a flicker: a count against the direction of both neighbours, and these neighbours."""
-    turned = np.diff(np.sign(counts)) != 0
-    alone = np.zeros(len(counts), dtype=bool)
+    turned, alone = np.diff(np.sign(counts)) != 0, np.zeros(len(counts), dtype=bool)
     alone[1:-1] = turned[1:] & turned[:-1]
     alone[1:] |= alone[:-1]
     alone[:-1] |= alone[1:]
@@ -161,8 +159,7 @@ def _smoothest(t: Real, instant: Real, value: Real, spread: Real, knot: float) -
     normal: Any = across @ sparse.diags_array(weight) @ basis
     size = normal.shape[0]
     third: Any = sparse.diags_array([[-1.0], [3.0], [-3.0], [1.0]], offsets=[0, 1, 2, 3], shape=(size - 3, size))
-    back = third.T
-    middle = float(np.mean(value))
+    back, middle = third.T, float(np.mean(value))
     wanted = (value - middle) / unit
     banded, penalty = _upper(normal), _upper(back @ third)
 
@@ -313,8 +310,7 @@ def find_reversals(position: Real, threshold: float | None = None) -> Indices:
 
 def _next_reversal(z: Real, begin: int, direction: int, threshold: float) -> tuple[int, int, int] | None:
     """Return the extreme after ``begin``, the sample that is past it by the threshold, and the direction from there."""
-    stop = begin
-    block = 1024
+    stop, block = begin, 1024
     high = low = z[begin]
     at_high = at_low = begin
     while stop < len(z):

@@ -198,8 +198,7 @@ def over_time(strokes: Sequence[tuple[Log, Segment]], *, scattered: bool = False
 
     scattered: Whether the means of strokes scatter beyond noise, which is a second sign that something changes.
     """
-    whole = _trends(strokes, 0.0)
-    late = _trends(strokes, 0.5)
+    whole, late = _trends(strokes, 0.0), _trends(strokes, 0.5)
     if whole is None or late is None:
         return None
     rate, deviation, freedom = whole.values[0], whole.errors[0], whole.freedom
@@ -268,8 +267,7 @@ def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bo
     freedom = len(y) - 3
     spread = max(float(np.sum((b - A @ solution) ** 2)) / freedom, 1.0)
     deviations: Real = np.sqrt(spread * np.diag(np.linalg.inv(A.T @ A)))
-    order = np.argsort(X[:, 1])
-    speed = np.empty(len(y), int)
+    order, speed = np.argsort(X[:, 1]), np.empty(len(y), int)
     speed[order] = np.cumsum(np.append(False, np.diff(np.log(X[order, 1])) > np.log1p(REPEATED)))
     if (count := int(speed.max()) + 1) > FEWEST:
         # a law or a place affects the strokes of one speed equally in both directions: each speed is left out

@@ -161,8 +161,7 @@ class Prepared:
         The parts are sixteenths of the samples by travel since the reversal (without reversals by velocity), in each
         direction.
         """
-        m = self.motion
-        along = self.slides or not len(self.reversals)
+        m, along = self.motion, self.slides or not len(self.reversals)
         progress, sense = (m.velocity, m.acceleration) if along else (self.travel, m.velocity)
         limits = np.quantile(progress, np.arange(1, PARTS) / PARTS)
         return np.asarray(np.searchsorted(limits, progress) + PARTS * (sense > 0))

@@ -133,8 +133,7 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
     Run-in and end are left out: before the second reversal and after the last; of a motion without reversals, a quarter
     at each end.
     """
-    reversals = _turns(position)
-    n = len(position)
+    reversals, n = _turns(position), len(position)
     start, stop = (int(reversals[1]), int(reversals[-1]) + 1) if len(reversals) > 3 else (n // 4, n - n // 4)
     if stop - start < 32:
         return None

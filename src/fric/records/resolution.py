@@ -150,8 +150,7 @@ def clipped(values: Real) -> Mask:
     found = np.zeros(len(values), bool)
     if not len(values) or not fine(values):
         return found
-    step = counts(values)
-    lasting = np.diff(np.flatnonzero(np.diff(values)))
+    step, lasting = counts(values), np.diff(np.flatnonzero(np.diff(values)))
     held = int(np.quantile(lasting, 0.05, method="lower")) if len(lasting) else 1
     rounding = 1e-9 * float(np.ptp(np.quantile(values, [0.005, 0.995])))  # apart from a single absurd sample
     for side in (values, -values):

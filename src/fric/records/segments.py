@@ -113,8 +113,7 @@ def path_of(log: Log) -> Path:
         resolution = max(count, 4.0 * noise_level(log.position), 1e-9 * float(np.ptp(log.position)))
         return Path(time, log.position, None, count, resolution, lambda samples: 2.0 * resolution)
     assert log.velocity is not None  # a Log holds one of them
-    v = log.velocity
-    dt = float(np.median(np.diff(time)))
+    v, dt = log.velocity, float(np.median(np.diff(time)))
     noise = max(robust_deviation(np.diff(v)) / np.sqrt(2.0), (lattice_step(v) or 0.0) / np.sqrt(12.0))
     noise = max(noise, 1e-9 * float(np.ptp(v)))
     # a Brownian bridge over n samples leaves 2·sigma·sqrt(n)/2 once in a thousand pieces
@@ -238,8 +237,7 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
         found.remove(min((segment for segment, lasts in zip(found, lasting, strict=True) if not lasts), key=len))
     rests = [(start, stop) for start, stop, travel, rest, _ in moves if travel <= rest or (start, stop) in creeps]
     if log.force is not None:
-        force = log.force
-        pairs = zip_longest(found, found[1:])
+        force, pairs = log.force, zip_longest(found, found[1:])
         found = [segment for segment, later in pairs if later is None or not _leads_into(path, force, segment, later)]
         found = [_settled(path, force, segment, found) for segment in found]
     return found, rests
@@ -413,8 +411,7 @@ def settled_from(force: Real) -> tuple[int, bool]:
     # a glitch must not look like a transient: it counts as twenty standard deviations at most
     y = np.clip(force, middle - 20.0 * spread, middle + 20.0 * spread)
     means = np.add.reduceat(y, edges) / np.diff(np.append(edges, n))
-    last = int(SETTLING * batches)
-    left = batches - np.arange(batches)
+    last, left = int(SETTLING * batches), batches - np.arange(batches)
     total, squares = np.cumsum(means[::-1])[::-1], np.cumsum((means - middle)[::-1] ** 2)[::-1]
     scatter = np.maximum(squares - left * (total / left - middle) ** 2, 0.0)
     if (cut := int(np.argmin((scatter / left**2)[: last + 1]))) == 0 or not _is_transient(means[:cut], means[cut:]):
@@ -457,8 +454,7 @@ def velocity_swing(log: Log, segment: Segment) -> float:
         swing = float(np.sqrt(max(float(np.var(v)) - float(np.var(np.diff(v))) / 2, 0.0))) / abs(segment.velocity)
         return swing if swing > SWINGS else 0.0
     count = lattice_step(log.position[part][:ENOUGH]) or 0.0
-    z = log.position[part] - segment.velocity * t
-    each = max(n // ENOUGH, 1)
+    z, each = log.position[part] - segment.velocity * t, max(n // ENOUGH, 1)
     n = n // each
     z = z[: n * each].reshape(n, each).mean(axis=1)
     z, sampling = z - z.mean(), sampling / each

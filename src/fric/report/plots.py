@@ -269,8 +269,7 @@ def _quantile(static: Mapping[str, Estimate], covariance: Covariance) -> float:
     """Return half an interval in standard deviations, of the offset or else of F_c: about 2 with many strokes."""
     for name in ("offset", "F_c"):
         if name in static and name in covariance.names and static[name].ci95:
-            n = covariance.names.index(name)
-            limits = np.array(static[name].limits)
+            n, limits = covariance.names.index(name), np.array(static[name].limits)
             limits = np.log(np.maximum(limits, 1e-300)) if covariance.scales[n] == "log" else limits
             if covariance.matrix[n][n] > 0.0:
                 return float(np.clip(0.5 * (limits[1] - limits[0]) / covariance.matrix[n][n] ** 0.5, 1.96, 4.0))
@@ -316,8 +315,7 @@ def model_cycles(model: GMS) -> tuple[ReplayedCycle, ...]:
         position = share * longest * np.sin(2 * np.pi * time)
         # so slow that the level is F_s throughout
         force = model.replay(time * 1e6, position, np.gradient(position, time * 1e6))
-        last = time >= 1.25
-        name = f"amplitude {share:g} times the pre-sliding"
+        last, name = time >= 1.25, f"amplitude {share:g} times the pre-sliding"
         hysteresis.append(ReplayedCycle(name, position[last][::3], None, force[last][::3]))
     return tuple(hysteresis)
 

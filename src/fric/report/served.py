@@ -252,8 +252,7 @@ def _sketch(guess: Guess, n: int) -> dict[str, Any]:
     """Return a column with its limits, and its first rows as extremes of pieces, in thousandths of its range."""
     blocks = [block.columns[0] for block in guess.table.read([n])]
     values: Real = np.concatenate(blocks) if blocks else np.empty(0)
-    values = values[np.isfinite(values)]
-    column = guess.table.columns[n]
+    values, column = values[np.isfinite(values)], guess.table.columns[n]
     if not len(values):
         return {"name": column.name, "unit": column.unit or "", "low": "", "high": "", "points": []}
     low, high = float(values.min()), float(values.max())

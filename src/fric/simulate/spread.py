@@ -292,11 +292,8 @@ def _cascade(cascade: Cascade, draws: _Draws) -> Cascade:
     """Return the gains for a K_p from its interval: a slow log shows K_p·K_v + K_i and K_v·K_i far better than K_p."""
     if "K_p" not in draws.intervals:
         return cascade
-    K_p, total, product = (
-        draws.value("K_p", cascade.K_p, 0.0),
-        cascade.K_p * cascade.K_v + cascade.K_i,
-        cascade.K_v * cascade.K_i,
-    )
+    total, product = cascade.K_p * cascade.K_v + cascade.K_i, cascade.K_v * cascade.K_i
+    K_p = draws.value("K_p", cascade.K_p, 0.0)
     root = sqrt(max(total**2 - 4.0 * K_p * product, 0.0))
     first = cascade.K_v * cascade.K_p >= cascade.K_i
     K_v = 0.5 * (total + (root if first else -root)) / K_p

@@ -13,13 +13,14 @@ from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.flaws.channel import CLIPPED_UNUSED
 from fric.flaws.static_map import ERRORS_OF_MEANS, RECORDS_WITHOUT_STROKE, ROWS_AT_REST, STICKS, STROKES_IN_PRESLIDING
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import ForceVelocity, Log
-from fric.notice import Notice
+from fric.notice import Notice, enumerated
 from fric.records.over_strokes import REPEATED, OverPlace, over_place
 from fric.records.recognition import kind_of
-from fric.records.resolution import lattice_step
+from fric.records.resolution import CONVERTED, clipped, fine, lattice_step
 from fric.records.segments import ENOUGH, SHORTEST, Segment, steady_segments, travelled, velocity_swing
 from fric.statistics import robust_deviation
 from fric.units import Motion, readable, si_unit
@@ -34,6 +35,9 @@ SHORT = 32  # Number of lags summed one by one before a Fourier transform of all
 HUBER = 1.345  # Huber's tuning constant: 95 % efficiency on Gaussian noise (Huber 1964)
 GLITCH = 8.0  # Deviations from the median beyond which a sample is a glitch, if few are
 LEVELS = 16  # Number of levels of a segment's force up to which its steps are coarse
+CLIPPED = 0.1  # Largest share of clipped samples: their mean is off by a twentieth of the noise
+LARGER = "Friction is not known beyond: log with a larger range of the force's trace."
+FEWEST = 4  # Largest number of strokes that give no map: it has four parameters
 GLITCHES = 0.01  # Largest share of glitches in the samples: more are real motion
 Direction = Literal["auto", "both", "each"]
 Form = Literal["auto", "coulomb", "stribeck"]
@@ -54,6 +58,7 @@ class SpeedPoint:
     stop: float  # Time in the record at which it ends [s]
     settled: bool = True  # False where the force had not settled by half of the stroke
     swing: float = 0.0  # Root mean square of the velocity about its mean over that mean [1]; 0 where it does not swing
+    clipped: float = 0.0  # Share of its samples whose force is clipped
     over_position: float = 0.0  # Force subtracted since it recurs at the places of this stroke [N]
     rounding: float = 0.0  # What steps in which the force was logged have of the standard error [N]
     stretch: tuple[Log, Segment] | None = field(default=None, repr=False, compare=False)  # None for a row of a table
@@ -92,6 +97,12 @@ def stroke_points(
         what += f": {'; '.join(without[:3])}" if stated else ""
         hint = "Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there."
         raise FricError(what, where=records[0].source, hint=hint)
+    if cut := dict.fromkeys(point.record for point in points if point.clipped > CLIPPED):
+        if len(whole := [point for point in points if point.clipped <= CLIPPED]) > 0:
+            points = whole
+            notices.append(CLIPPED_UNUSED.found(counted=f"strokes of {enumerated(cut)}", left_out=True))
+        elif any(fine(log.force, CONVERTED) for log in logs if log.force is not None):
+            raise FricError("the force is clipped in each stroke", where=records[0].source, hint=LARGER)
     if without:
         notices.append(RECORDS_WITHOUT_STROKE.found(without=len(without), records=len(logs), why="; ".join(without)))
     return sorted(points, key=lambda point: point.velocity), notices
@@ -145,7 +156,7 @@ def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> l
         if isinstance(rippling, str):
             return rippling
         segments = [rippling]
-    points = []
+    points, at_limit = [], clipped(force)
     for segment in segments:
         part = slice(segment.start, segment.stop)
         mean = average(force[part], method, step)
@@ -157,8 +168,8 @@ def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> l
         points.append(
             SpeedPoint(
                 segment.velocity, mean.value - damping, error, len(segment), log.name, float(log.time[segment.start]),
-                float(log.time[segment.stop - 1]), segment.settled, swing, rounding=mean.rounding,
-                stretch=(log, segment),
+                float(log.time[segment.stop - 1]), segment.settled, swing, float(at_limit[part].mean()),
+                rounding=mean.rounding, stretch=(log, segment),
             )
         )  # fmt: skip
     return points
@@ -412,6 +423,9 @@ class Strokes:
     def of(cls, records: Sequence[Log | ForceVelocity], asked: Asked) -> Self:
         """Return the strokes of records; raise FricError when there is none, or all took the same force."""
         points, notices = stroke_points(records, average=asked.average, plant=asked.plant)
+        if len(points) <= FEWEST and any(notice.code == CLIPPED_UNUSED.code for notice in notices):
+            what = f"the force is clipped in all but {len(points)} strokes"
+            raise FricError(what, where=records[0].source, hint=LARGER)
         points, ended = slid(points)
         if ended:
             speeds = [asked.of(v, "velocity") for v in dict.fromkeys(point.velocity for point in ended)]
