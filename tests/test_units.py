@@ -117,8 +117,10 @@ def test_a_step_of_a_drive_is_a_unit(unit: str, plain: str, step: float) -> None
     motion = "linear" if plain == "um" else "rotary"
     assert is_unit(unit)
     assert factor(unit, of, motion) == pytest.approx(step * factor(plain, of, motion))
-    with pytest.raises(FricError):
-        factor(f"3{unit}", of, motion)
+    assert factor(f"2.5 {plain}", of, motion) == pytest.approx(2.5 * factor(plain, of, motion))  # as a comment's count
+    for no_step in (f"0.0 {plain}", f"2{plain}"):
+        with pytest.raises(FricError):
+            factor(no_step, of, motion)
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,9 @@ _EVERYDAY: dict[tuple[str, str], float] = {  # Common units by their SI unit, to
     ("kN", "N"): 1e3, ("mN*m", "N*m"): 1e-3, ("mV", "V"): 1e-3, ("N/um", "N/m"): 1e6, ("N/µm", "N/m"): 1e6,
 }  # fmt: skip
 MOST_LETTERS = 60  # Largest length of a unit
-_STEP = re.compile(r"(0?\.0{0,8}1|10{0,8})(?: |(?=[A-DF-Za-df-zµ]))([^\s\d].*)")  # A drive's, as ``0.1 rpm``, ``100ns``
+_STEP = re.compile(  # A drive's, as ``0.1 rpm``, ``100ns``; or a count's, as ``0.25 um``
+    r"((?=[\d.]*[1-9])(?:\d{0,3}\.\d{1,9}|\d{1,9})(?= )|0?\.0{0,8}1|10{0,8})(?: |(?=[A-DF-Za-df-zµ]))([^\s\d].*)"
+)
 _POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")  # A small exponent that has no exponent itself
 _SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")  # Signs of a unit; Pint passes over others, and takes $mm for mm
 _SPELLED = {  # Units as headers spell them that Pint does not know

@@ -96,6 +96,28 @@ def test_logs_end_in_a_report_and_a_verdict_that_is_not_sure_of_itself(first, fo
     assert "designed" not in found["headline"]  # the strokes, in closed loop, show the gains
 
 
+def test_what_was_found_says_which_one_more_record_narrows_it(first, folder):
+    """A traceback: strokes that are simulated without noise had no error, and a sum of infinities no order."""
+    out = folder / "out"
+    found = fric.plan_next(out / "x/friction.yaml", machine=out / "machine.yaml").narrowing.candidates
+    assert {candidate.planned.kind for candidate in found} >= {"constant-velocity", "presliding-sine"}
+    assert all(np.isfinite([candidate.half_width, candidate.scatter]).all() for candidate in found)
+
+
+def test_a_file_that_counts_the_other_way_than_those_beside_it_is_left_out_and_named(tmp_path):
+    """One mapping served all, and no file was held against it: "log faster" was said of a turned force."""
+    t = np.arange(6000) * 1e-3
+    for n, sign in enumerate((1, 1, -1)):
+        z = (8.0 - 2.0 * n) * np.sin(2 * np.pi * t / 3.0)
+        force = sign * 20.0 * np.sign(np.gradient(z)) + np.random.default_rng(n).normal(size=len(t))
+        rows, header = np.column_stack([t, z, force]), "Zeit [s];Weg [mm];Fm [N]"
+        np.savetxt(tmp_path / f"log_{n}.csv", rows, "%.5f", ";", header=header, comments="")
+    found = find_sources([tmp_path], proposals=tmp_path / "maps")
+    assert sorted(log.path.name for log in found.logs) == ["log_0.csv", "log_1.csv"]
+    (why,) = (notice for notice in found.description if "log_2.csv" in str(notice) and notice.severity != "note")
+    assert "by these signs friction drives the axis" in str(why)
+
+
 def test_what_is_up_to_date_is_not_done_again(first, folder):
     again = fric.auto(*LOGS, output=folder / "out", tolerance="5 um", run=lambda step: pytest.fail(f"ran {step}"))
     assert (again.steps, again.made) == (7, 0)

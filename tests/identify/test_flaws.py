@@ -10,7 +10,7 @@ from fric.identify.plant.identify import identify_plant
 from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.points import Asked
 from fric.log import Log
-from fric.records.flaws import clock_flaws, stroke_flaws, timing
+from fric.records.flaws import blocks_lost, clock_flaws, stroke_flaws, timing
 from fric.records.inspection import inspect
 from fric.records.over_strokes import OverTime, along_axis, over_place, over_time
 from fric.records.resolution import lattice_step
@@ -300,3 +300,20 @@ def test_counts_that_a_log_rounds_are_no_jitter() -> None:
     z = np.round(np.rint(z / step) * step, 6)
     assert lattice_step(z) == pytest.approx(step, rel=1e-3)
     assert timing(Log(time=t, position=z)).jitter == 0.0
+
+
+def test_blocks_of_lost_samples_beneath_an_even_clock_are_told() -> None:
+    """Position and reference jump along their motion: F_c was 16.8 (15.5 … 18.2) for 12 N, without a word."""
+    whole = session()[-1]
+    log = replace(whole, reference=whole.position)
+    assert blocks_lost(log) == 0.0
+    kept = np.ones(len(log), bool)
+    for start in range(300, len(log) - 400, 900):
+        kept[start : start + 120] = False
+    broken = replace(log, **{name: values[kept] for name, values in log.channels().items() if name != "time"},
+                     time=log.time[: kept.sum()])  # fmt: skip
+    assert blocks_lost(broken) == pytest.approx(1.0 - kept.mean(), rel=0.25)
+    (told,) = (flaw for flaw in clock_flaws([broken], "static") if flaw.code == "samples-lost")
+    assert told.severity == "wrong"
+    again = replace(log, **{name: np.roll(getattr(log, name), len(log) // 2) for name in ("reference", "position")})
+    assert blocks_lost(again) == 0.0  # records behind each other: it jumps back, not along

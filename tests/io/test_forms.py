@@ -953,7 +953,8 @@ def test_units_in_cells_are_those_of_columns(tmp_path: Path, mark: str, header: 
     ("Weg / mm", "Weg", "mm"), ("Geschwindigkeit / mm/s", "Geschwindigkeit", "mm/s"), ("n in 1/min", "n", "1/min"),
     ("Drehzahl U/min", "Drehzahl", "U/min"), ("Current {A}", "Current", "A"), ("Current <A>", "Current", "A"),
     ("Torque (N-m)", "Torque", "N-m"), ("master / slave", "master / slave", None), ("plug in", "plug in", None),
-    ("x/y", "x/y", None), ("POSF(X)", "POSF(X)", None),
+    ("x/y", "x/y", None), ("POSF(X)", "POSF(X)", None), ("X_ist/mm", "X_ist", "mm"), ("U_st/mV", "U_st", "mV"),
+    ("F_mot/N", "F_mot", "N"), ("t/us", "t", "us"), ("arm/A", "arm/A", None),
 ])  # fmt: skip
 def test_units_behind_a_slash_and_in_other_brackets(header: str, name: str, unit: str | None) -> None:
     assert named(header) == Column(name, unit)
@@ -1362,3 +1363,63 @@ def test_periods_that_differ_and_no_field_can_name_are_asked(tmp_path: Path) -> 
         head = ["SERVO", f"Sampling cycle {{x}},{every} msec", "INDEX,POS(mm),TCMD(A)"]
         (tmp_path / f"{name}.csv").write_text("\n".join([*head, *(f"0,{z:.6f},{i:.5g}" for z, i in rows)]) + "\n")
     assert 'time: {period: "? ms"}' in proposal(sorted(tmp_path.glob("*.csv")))
+
+
+def test_a_single_letter_is_a_unit_where_others_of_the_table_end_in_theirs(tmp_path: Path) -> None:
+    """Of ``t_s, F_N, x_m, xref_m, u_V`` positions had none; beside other names x_m may be a mean."""
+    a = axis_of_a_drive()
+    columns = a["t"], 40.0 * a["current"], a["position"], a["position"] + 1e-5, a["current"]
+    table = next(tables(write(tmp_path / "a.csv", "t_s;F_N;x_m;xref_m;u_V", *columns)))
+    assert [column.unit for column in table.columns] == ["s", "N", "m", "m", "V"]
+    other = next(tables(write(tmp_path / "b.csv", "time;force;x_m;xref_m;u", *columns)))
+    assert [column.unit for column in other.columns] == [None] * 5
+
+
+def test_comments_say_what_a_count_and_a_sample_are(tmp_path: Path) -> None:
+    """``n`` was taken for milliseconds, without a question, and the step was asked for."""
+    a = axis_of_a_drive()
+    rows = zip(np.arange(len(a["t"])), np.rint(a["position"] / 5e-7), a["current"], strict=True)
+    text = "\n".join(f"{n}\t{count:.0f}\t{current:.4f}" for n, count, current in rows)
+    path = tmp_path / "trace.txt"
+    path.write_text(f"# drive trace, sample 0.5 ms\n# 1 count = 0.5 um\n# n\tpos_act\ti_q [A]\n{text}\n")
+    (axis,) = told(path)
+    assert (axis.roles["time"].column, axis.roles["time"].unit) == (None, "0.0005 s")
+    assert (axis.roles["position"].column, axis.roles["position"].unit) == (1, "0.5 um")
+
+
+def test_a_voltage_that_hardly_changes_is_a_drive_s_input_where_the_force_does_neither(tmp_path: Path) -> None:
+    """A multisine about a stroke in one direction: its voltage was a supply, and was left out without a word."""
+    rng, t = np.random.default_rng(7), np.arange(6000) * 1e-3
+    swing = sum(np.sin(2 * np.pi * f * t + f) for f in (3.0, 7.0, 13.0, 29.0))
+    speed = 0.03 + 0.002 * swing
+    force = 140.0 + 90.0 * np.gradient(speed, t) + rng.normal(0.0, 2.0, len(t))
+    position = np.cumsum(speed) * 1e-3
+    columns = t * 1e6, position * 1e3, force, force / 0.24
+    (axis,) = told(write(tmp_path / "multisine.log", "t/us;s_ist/mm;F_mot/N;U_st/mV", *columns))
+    assert [axis.roles[of].column for of in ("position", "force", "input")] == [1, 2, 3]
+    supply = 24_000.0 - 0.3 * np.abs(force)  # sags by a share that is far below that of the force
+    (axis,) = told(write(tmp_path / "supply.log", "t/us;s_ist/mm;F_mot/N;U_st/mV", *columns[:3], supply))
+    assert "input" not in axis.roles
+
+
+def test_a_circle_among_the_tests_of_a_table_is_a_circle(tmp_path: Path) -> None:
+    """It was left out as a response of fewer than two cycles, and a circle was asked for."""
+    a, t = axis_of_a_drive(), np.arange(9000) * 5e-4
+    angle = 2 * np.pi * t / 1.9
+    parts = [
+        pd.DataFrame({"test": f"stroke_{n}", "time [s]": a["t"], "x_pos [mm]": 1e3 * a["position"],
+                      "x_force [N]": 40 * a["current"], "y_pos [mm]": 1e3 * a["position"] * (1 + n),
+                      "y_force [N]": 30 * a["current"]})
+        for n in range(2)
+    ]  # fmt: skip
+    turn = {"x": 30 * np.cos(angle), "y": 30 * np.sin(angle)}
+    parts.append(pd.DataFrame({"test": "round", "time [s]": t} | {
+        name: values for axis, z in turn.items()
+        for name, values in ((f"{axis}_pos [mm]", z), (f"{axis}_force [N]", 20 * np.sign(np.gradient(z))))
+    }))  # fmt: skip
+    pd.concat(parts).to_csv(path := tmp_path / "session.csv", index=False, float_format="%.6f")
+    (circle,) = fric.ingest_circles(path, output=tmp_path / "circle.h5").document["tests"]
+    assert circle["radius"] == pytest.approx(0.03, rel=1e-3)
+    found = find_sources([path], proposals=tmp_path / "maps")
+    assert [*found.traces] == [path]
+    assert {(log.axis, *log.kinds) for log in found.logs} == {("x", "constant-velocity"), ("y", "constant-velocity")}

@@ -305,3 +305,19 @@ def test_an_axis_that_creeps_while_its_reference_stays_is_at_rest() -> None:
     assert len(steady_segments(replace(creeping, reference=asked))) == 4
     unused = replace(creeping, reference=np.zeros(len(creeping)))  # which says nothing
     assert len(steady_segments(unused)) == len(steady_segments(creeping))
+
+
+def test_creeps_between_slips_are_no_strokes() -> None:
+    """Of an axis that sticks at 50 µm/s, creeps at 30 µm/s were strokes: F_s was 64 (63.5 … 64.7) for 77 N."""
+    rate, seed = 1000.0, np.random.default_rng(4)
+    creep = np.full(300, 30e-6)
+    slip = 400e-6 * np.sin(np.pi * np.arange(40) / 40) ** 2
+    speed = np.concatenate([np.zeros(200), *([creep, slip] * 12), np.zeros(200)])
+    t, z = np.arange(len(speed)) / rate, np.cumsum(speed) / rate
+    force = 60.0 * (speed > 0) + seed.normal(size=len(t))
+    asked = np.interp(t, [0.2, t[-1] - 0.2], [0.0, z[-1]])
+    log = Log(time=t, position=encoder(z, 5e-8), force=force)
+    assert not steady_segments(log)
+    assert not steady_segments(replace(log, reference=asked))  # whose speed is 53 µm/s
+    steady = one_segment(lambda tau: np.full(len(tau), 60.0))[0]
+    assert len(steady_segments(replace(steady, reference=steady.position + 1e-5))) == 1  # lags, as without feedforward

@@ -104,9 +104,10 @@ def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
     content: dict[str, Any] = {"fric": ControllerDocument.type_name(), "axis": axis, "motion": motion}
     try:
         document = ControllerDocument.model_validate(content | usual | _named(text, motion))
-    except ValidationError:
-        what = f"a gain of the controller '{text}' of axis {axis} is in a unit of another quantity"
-        raise FricError(what, hint=f"Write '{_example(motion)}'.") from None
+    except ValidationError as error:
+        wrong = error.errors()[0]["msg"].removeprefix("Value error, ").partition("\n")[0]
+        unlogged = f": no voltage is in its logs, and a loop in {drive_unit(motion)} is simulated" * is_effort(motion)
+        raise FricError(f"axis {axis}: {wrong}{unlogged}", hint=f"Write '{_example(motion)}'.") from None
     document.in_si(motion)  # refuses what no controller has
     return document.tree()
 

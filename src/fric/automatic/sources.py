@@ -32,8 +32,9 @@ from fric.flaws.files import (
 from fric.input import foreign, reading, regular
 from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
+from fric.io.ingest import Signs
 from fric.io.ingest import ingest as read_foreign
-from fric.io.ingest_circle import StatedCircle, circle_plan, ingest_circles
+from fric.io.ingest_circle import StatedCircle, circle_plan, holds_circle, ingest_circles
 from fric.io.pairs import with_joined
 from fric.io.propose import (
     AT_REST,
@@ -56,7 +57,7 @@ from fric.log import Log, Record
 from fric.notice import Notice
 from fric.output import folder_made, written
 from fric.process import tried as say_step
-from fric.records.flaws import evened, two_encoders
+from fric.records.flaws import blocks_lost, evened, two_encoders
 from fric.records.holding import holds, is_holding_map
 from fric.records.inspection import Inspection, TableInspection, excites, inspect, is_at_rest
 from fric.records.modes import switched
@@ -82,6 +83,7 @@ _PAPER = re.compile(  # Names of documentation files beside logs
 
 ON_CIRCLES = 0.5  # Share of a file on whole circles above which it is a circle test, and no log besides
 MOST_ALIKE = 3  # Files of the same names in several folders, from which it is said that their records are pooled
+BROKEN = "samples are missing: the position jumps along with its reference"
 LEAVES_OUT = "`assume=True` leaves such samples out"  # What opens a log with bad cells
 BY_SIGNS = "by these signs"  # In why logs are refused whose force or velocity seems turned
 T = TypeVar("T")
@@ -263,7 +265,8 @@ def _guessed(
         found.description += sure.notices(str(file))
     for part in wanted:
         for path in part.files:
-            why = _read(path, str(file), found, seen, axis=part.axis.name if len(wanted) > 1 else None, assume=assume)
+            axis, together = part.axis.name if len(wanted) > 1 else None, len(part.files) > 1
+            why = _read(path, str(file), found, seen, axis=axis, assume=assume, together=together)
             if why:
                 asking[path] = why
             else:
@@ -360,7 +363,8 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     pushed = any(not isinstance(record, Log) or record.force is not None for record in records) or driven
     loaded = any(isinstance(record, Log) and record.load_position is not None for record in records)
     rests = kinds == {"motion"} and all(isinstance(log, Log) and is_at_rest(travelled(log)) for log in records)
-    lacks = NO_FORCE if not pushed else AT_REST if rests else ""
+    broken = kinds == {"motion"} and any(isinstance(log, Log) and blocks_lost(log) for log in records)
+    lacks = NO_FORCE if not pushed else BROKEN if broken else AT_REST if rests else ""
     axis, motion = records[0].axis, records[0].motion
     unfit = (
         f"{inspection.name}: {use.why}" for inspection in inspected for use in inspection.uses
@@ -402,7 +406,7 @@ def _foreign(
         if not all(whys):
             found.beside.setdefault(str(file), []).append(path)
             return next(filter(None, whys), "")
-    if not mapping and _tried(lambda: _of_other_columns(path)) and _share_on_circles(path, ""):
+    if not mapping and _tried(lambda: _of_several(path)) and _share_on_circles(path, ""):
         found.traces[path] = ""
     if not mapping and _tried(lambda: says_all(path)) == "force":
         return LACKS_FORCE
@@ -431,11 +435,10 @@ def _foreign(
     return "" if fitting else why
 
 
-def _of_other_columns(path: Path) -> bool:
-    """Return whether a file holds several records, which do not have the same columns."""
+def _of_several(path: Path) -> bool:
+    """Return whether a file holds several records, of which one may be a circle."""
     with closing(tables(path)) as opened:
-        first = next(opened)
-        return RECORD in first.said and any(table.columns != first.columns for table in opened)
+        return RECORD in next(opened).said
 
 
 def _share_on_circles(path: Path, mapping: str) -> float:
@@ -461,7 +464,9 @@ def _records(
         log = Path(folder) / "log.h5"
         try:
             cells, meaning = "drop" if assume else "error", mapping_of(mapping or None)
-            read = read_foreign(path, log, mapping=meaning, axis=axis, kind=kind, bad_cells=cells)
+            read = read_foreign(
+                path, log, mapping=meaning, axis=axis, kind=kind, bad_cells=cells, is_other=holds_circle
+            )
             if doubts is not None:
                 doubts += [w for w in read.warnings if w.severity != "note" and w.code != LEFT_OUT.code]
             return read_records(log)
@@ -472,13 +477,20 @@ def _records(
 
 
 def _read(
-    path: Path, mapping: str, found: Sources, seen: list[Record], *, axis: str | None = None, assume: bool = False
-) -> str:
-    """Take the records of a foreign log; return why there are none, else None."""
+    path: Path, mapping: str, found: Sources, seen: list[Record], *, axis: str | None = None, assume: bool = False,
+    together: bool = False,
+) -> str:  # fmt: skip
+    """Take the records of a foreign log; return why there are none, else None.
+
+    together: Whether its signs were guessed from several files: one of them may count the other way.
+    """
     doubts = list[Notice]()
     records = _records(path, mapping, axis, assume=assume, doubts=doubts)
     if isinstance(records, str):
         return records
+    logs = [record for record in records if isinstance(record, Log)] if together else []
+    if any(Signs.of(log.channels()).against() == "force" for log in logs):
+        return f"the force counts the other way than in other files: {BY_SIGNS} friction drives the axis"
     if _taken(path, mapping, records, found, seen, wide=axis is not None, assume=assume):
         found.description += [doubt for doubt in doubts if doubt not in found.description]
     return ""

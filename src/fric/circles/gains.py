@@ -20,7 +20,7 @@ from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, EFFORT_SM
 from fric.kernels.block import Commands, Sample
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.resolution import clipped
+from fric.records.resolution import clipped, noise_level
 from fric.statistics import hac_covariance, memory, parameter_covariance, robust_deviation
 from fric.units import Motion, is_effort, si_unit
 
@@ -279,6 +279,9 @@ class FoundController:
             return replace(found, estimates={**self.estimates, "velocity_feedforward": unseen})
         if abs(late) <= half:
             ahead, apart = fit.fed_acceleration(log_values)
+            if not np.isfinite(apart):
+                unseen = Estimate(1.0, "1", assumed=True)
+                return replace(found, estimates={**self.estimates, "acceleration_feedforward": unseen})
             if max(abs(ahead), 1e-5) + apart > NO_MODEL:
                 return found
             alone = Estimate(0.0, "1", (0.0, min((abs(ahead) + apart) / FASTEST, 1.0)))
@@ -483,9 +486,17 @@ class _Fit:
         return float(shares[2] / np.exp(log_values[1]))
 
     def fed_acceleration(self, log_values: Real) -> tuple[float, float]:
-        """Return the reference acceleration that is fed forward, over K_p, and its 95 % half-width [s]."""
+        """Return the reference acceleration that is fed forward, over K_p, and its 95 % half-width [s].
+
+        Along a circle acceleration follows position: only what differs from it shows the share, if that is more than
+        the rounding of the reference, twice differentiated, has of it (in variance, half).
+        """
         left, K_p = self.u - self.volts(log_values), float(np.exp(log_values[1]))
         size = np.maximum(np.abs(self.fed).max(axis=0), 1e-300)
+        others, along = np.linalg.qr(self.sized[:, :3])[0], self.sized[:, 3]
+        rounding = float(np.sqrt(6.0) / 4.0 * self.rate**2 * noise_level(self.r) / size[3])
+        if np.mean((along - others @ (others.T @ along)) ** 2) < 2.0 * rounding**2:
+            return 0.0, np.inf
         shares = np.linalg.lstsq(self.sized, left, rcond=None)[0]
         error = hac_covariance(self.sized, left - self.sized @ shares, [len(left)])[3, 3]
         return float(shares[3] / size[3]) / K_p, 1.96 * float(np.sqrt(error) / size[3]) / K_p

@@ -47,7 +47,7 @@ STROKES_STAND_OFF = Flaw("strokes-stand-off", lambda f: "doubt" if f.share > SCA
     "Look at their records. In logs slower than the loop, speeds of whole counts a sample err alike: log others, too.")
 STROKES_SCATTER = Flaw("strokes-scatter",
     lambda f: "wrong" if f.share > ANOTHER else "doubt" if f.share > SCATTERED else "note",
-    "Strokes scatter by {spread:2} beyond noise, {share:.0%} of the force: weights and intervals allow for it.",
+    "Strokes scatter by {spread:2} beyond noise, {share:.1g%} of the force: weights and intervals allow for it.",
     "{large:Are they of two machines? Friction that does not repeat, play, a hunting axis are no map of speed.|}")
 STROKES_IN_PRESLIDING = Flaw("strokes-in-presliding", "doubt",
     "At {speeds} the force still rises when strokes end: they do not slide, and are left out.",
@@ -57,7 +57,7 @@ STROKES_SETTLING = Flaw("strokes-settling",
     "In {strokes} strokes from {slowest:2} to {fastest:2} the force settles: up to {most:2} removed (C = {C:2}).",
     "Log longer strokes.", widens={"v_s": 0.3}, circle_settles=True)
 STROKES_SWING = Flaw("strokes-swing", lambda f: "doubt" if f.most > STICKS else "note",
-    "{several:{strokes} strokes from {slowest} to {fastest} swing|A stroke at {fastest} swings} by up to {most:.0%} "
+    "{several:{strokes} strokes {speeds} swing|A stroke {speeds} swings} by up to {most:.0%} "
     "(rms){sticks:, some stick|}: allowed for.")
 RESIDUALS_FOLLOW_SPEED = Flaw("residuals-follow-speed", "doubt", "Eq. (2) does not describe these strokes: residuals "
     "{smooth:follow the speed|are the same in both directions, {missed} (rms)}.",

@@ -36,8 +36,9 @@ broke away, as along counts, would else slip or stick by the last digit; where s
 
 @compiled(_FLOAT(*[_FLOAT] * 6, _COURSE), makes_arrays=False)
 def _slipped(u: float, alpha: float, k: float, C: float, left: float, pull: float, course: _Course) -> float:
-    """Return the load u of a slipping block after a course, ``du/dt = min(C·(alpha - u/s), k·|v|)``, split where the
-    other rate becomes the smaller; ``left`` and ``pull`` are the relaxation over the whole course.
+    """Return the load u of a slipping block after a course: ``du/dt = min(C·(alpha - u/s), k·|v|)``.
+
+    It is split where the other rate is the smaller; ``left`` and ``pull`` are the relaxation over the whole course.
     """
     relaxed, stretched = left * u + alpha * pull, u + k * course.travel
     load = min(relaxed, stretched)

@@ -11,7 +11,7 @@ from functools import partial
 from itertools import chain, pairwise
 from math import inf, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,6 +174,13 @@ class Signs:
         self.agreement = np.zeros(2)
         self.samples = 0
 
+    @classmethod
+    def of(cls, block: Mapping[str, Real]) -> Self:
+        """Return those of whole channels, in SI."""
+        found = cls()
+        found.add(block)
+        return found
+
     def add(self, block: Mapping[str, Real]) -> None:
         """Take the next samples of each channel, in SI."""
         time, x, v, force = (block.get(name) for name in ("time", "position", "velocity", "force"))
@@ -315,6 +322,7 @@ class StatedLog:
     bad_cells: Literal["error", "drop"] = "error"
     window: tuple[float, float] = EVERYTHING  # First and last time that is read, as the files count it [s]
     join: bool = False  # Make one record of all files, which hold its channels on a common clock, in memory
+    is_other: Callable[[ForeignTable], bool] = lambda _: False  # Whether a table beside records is none, as a circle
 
 
 class IngestSession:
@@ -378,6 +386,9 @@ class IngestSession:
                 if RECORD not in table.said:
                     raise
                 none.append(error)  # parameters, or a circle, are beside the records
+                continue
+            if RECORD in table.said and self._about.is_other(table):
+                none.append(FricError("is a circle test", where=str(path), hint="Read it with `kind='circle'`."))
                 continue
             if mapping != (axis, motion):
                 what = f"is of the {words_of(mapping[1])} axis {mapping[0]}, and the log file of the "

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from math import pi
+from math import inf, pi
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -223,16 +223,15 @@ def ingest_circles(
             fields = mapping.fields(fields, str(source)) if mapping else fields
             try:
                 chosen, text = circle_plan(table, mapping, stated.sampling, fields)
+                channels = _whole(table, chosen, bad_cells == "drop", progress or (lambda _: None))
+                tests += _tests(channels, chosen.motion, stated, str(source), digest)
             except FricError as error:
                 if RECORD not in table.said:
                     raise
                 refused.append(error)  # strokes are beside the circle
                 continue
-            warnings += text
-            channels = _whole(table, chosen, bad_cells == "drop", progress or (lambda _: None))
-            warnings += table.notices
+            warnings += [*text, *table.notices]
             samples += len(next(iter(channels.values())))
-            tests += _tests(channels, chosen.motion, stated, str(source), digest)
         if refused and not tests:
             raise refused[0]
         found, beside = found + tests, beside + len(refused)
@@ -241,6 +240,17 @@ def ingest_circles(
         warnings += [RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m")) for test in blind]
     write_circles(output, [*held, *found], json.dumps(provenance() | {"format": FORMAT}), force=force or append)
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)), beside)
+
+
+def holds_circle(table: ForeignTable) -> bool:
+    """Return whether the axes of a table run on whole circles for most of it."""
+    try:
+        chosen, _ = circle_plan(table, None, None, table.constants)
+        channels = _whole(table, chosen, False, lambda _: None)
+        tests = [*_tests(channels, chosen.motion, StatedCircle(within=(0.0, inf)), str(table.path), "")]
+    except FricError:
+        return False
+    return 2 * sum(len(test.axes[name].time) for test in tests for name in test.names[:1]) > len(channels["time"])
 
 
 def _of_axes(source: Path, mapping: MappingDocument, bad_cells: str) -> tuple[dict[str, Real], Motion]:

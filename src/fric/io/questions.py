@@ -253,14 +253,14 @@ def _of_units(found: Sequence[Guess]) -> Question | None:
     def understood(text: str) -> Reading | None:
         if counts and text.isdecimal() and 0 < int(text) < 2**40:
             return replace(readings[0], motion="rotary", position=f"{1.0 / int(text):.9g} rev", velocity=said)
-        if volts and is_scale(text):
+        if (volts or counts) and is_scale(text):
             moves = (motion for motion in PLAIN if converts(text.partition(" ")[2], "position", motion))
             return next((replace(readings[0], motion=motion, position=text, velocity="") for motion in moves), None)
         return next((r for r in readings if text in {r.position, r.velocity, r.motion}), None)
 
     return Question(
         f"In which units is the motion of {_named(asked)}?"
-        + " Or how many counts has a turn?" * counts
+        + " Or how many counts has a turn, or what is a count, as 0.5 um?" * counts
         + " Or what does one volt mean, as 0.5 mm?" * volts,
         [(_meaning(first, reading), reading) for reading in likely],
         apply,

@@ -326,7 +326,8 @@ def _clock(data: Samples) -> Role:
     if best[0] < 0.9:
         return Role("time", None, "", 1.0, 0.0, "no column rises evenly")
     n = -best[1]
-    if (data.said[n].quantity == "row" or unnamed[n]) and _counts_rows(data.x[:, n]):
+    counts = data.said[n].quantity == "row" or unnamed[n] or data.columns[n].name in {*"nik#"}
+    if counts and _counts_rows(data.x[:, n]):
         return Role("time", None, "", 1.0, 0.0, f"'{data.columns[n].name}' counts rows")
     says, stamps = data.said[n], data.x[: first or None, n]
     dated = any(low < stamps[0] * 1e-7 < high for low, high in DATED) and np.ptp(stamps) < 1e13
@@ -402,6 +403,8 @@ def said_clock(constants: Mapping[str, str]) -> Role | None:
         plain = re.sub(r"[._]|(?<=[a-z])(?=[A-Z])", " ", name) + " "
         found = re.match(r"\s*([-+.\deE]+)\s*([a-zA-Zµ]*)", text)
         of_period, of_rate = _PERIOD.search(plain) or _PERIOD.search(name), _RATE.search(plain) or _RATE.search(name)
+        if found and found[2] in TIME_UNITS:
+            of_period = of_period or re.search(r"(?i)\bsample\b", plain)
         if not found or not (of_period or of_rate):
             continue
         unit = found[2] or next(iter(re.findall(r"[\[(](kHz|Hz|ms|us|s)[])]|_(k?[Hh]z|ms|us|s)$", name)), ("", ""))
@@ -790,9 +793,11 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
         kept = {n: score for n, score in scores.items() if (data.said[n].quantity == "input") == (channel == "input")}
         if channel == "input":
             kept = {n: pair for n, pair in kept.items() if pair[0] > DRIVING and not data.said[n].commanded}
-            supplies = {n for n in kept if is_supply(data.x[:, n])}
-            force = data.columns[roles["force"].column or 0].name if "force" in roles else ""
-            supplies |= {n for n in kept if data.columns[n].name == force}  # what its sensor gives out
+            force = roles["force"].column or 0 if "force" in roles else -1
+            varies = _varies(data.x[:, force]) if force >= 0 else np.inf  # a supply does by far less than the force
+            supplies = {n for n in kept if is_supply(data.x[:, n]) and _varies(data.x[:, n]) < 0.5 * varies}
+            of_sensor = data.columns[force].name if force >= 0 else ""
+            supplies |= {n for n in kept if data.columns[n].name == of_sensor}  # what its sensor gives out
             kept = {n: pair for n, pair in kept.items() if n not in supplies}
         named = [n for n in kept if data.said[n].means]
         if channel == "force" and named:  # what goes as a force does, and has no name, is that force again
@@ -831,6 +836,11 @@ def is_supply(values: Real, *, by_unit: bool = True) -> bool:
     """Return whether a voltage hardly changes, as that of a supply; where its name tells it, whether it never does."""
     real = values[np.isfinite(values)]
     return not len(real) or bool(real.std() <= (0.2 if by_unit else 0.0) * abs(real.mean()))
+
+
+def _varies(values: Real) -> float:
+    """Return the standard deviation over the mean."""
+    return float(values.std()) / max(abs(float(values.mean())), 1e-300)
 
 
 def _alike(data: Samples, n: int, k: int) -> float:

@@ -292,6 +292,7 @@ _RECORDS: dict[str, Callable[[Axis, Limits, int], Planned]] = {
 ASSUMED = {"C": log(10.0) / NORMAL_97_5}  # Standard deviation of an assumed parameter's logarithm: C to a factor of ten
 SURE = 0.4  # Relative uncertainty of a further record's information: half-widths of simulated ones are good to 20 %
 LARGEST = 0.5  # Largest step of a logarithm or logit in which a derivative is taken
+FORCE_ERROR = 1e-3  # Least error of the mean force of a stroke, as a share: no channel is known better
 
 
 def narrowing(
@@ -322,7 +323,10 @@ def narrowing(
     ranges = search_ranges(prepared([log for each in logs for log in each if "sine" in str(log.kind)], axis.plant))
     for part, made in zip(experiments, logs, strict=True):
         advance()
-        I = _information(made, axis, model, known, between, ranges)  # noqa: E741 - Fisher's
+        try:
+            I = _information(made, axis, model, known, between, ranges)  # noqa: E741 - Fisher's
+        except FricError:  # of this loop it shows nothing: where friction falls, it stops in a sine in sliding
+            continue
         least, after, most = (
             NORMAL_97_5 * _deviation(slopes, np.asarray(np.linalg.inv(np.linalg.inv(S) + share * I), float))
             for share in (1 + SURE, 1.0, 1 - SURE)
@@ -446,8 +450,9 @@ def _information(logs: Sequence[Log], axis: Axis, model: GMS, known: _Known, bet
         points, _ = stroke_points(logs, plant=axis.plant)
         v, F, error = np.array([(p.velocity, p.force, p.standard_error) for p in points]).T
         static = model.static
+        error = np.maximum(np.hypot(error, between), FORCE_ERROR * np.abs(F))  # a simulated stroke has no noise
         problem = StribeckProblem(
-            v, F, np.hypot(error, between), None if "delta" in names else static.delta,
+            v, F, error, None if "delta" in names else static.delta,
             "offset" in names, "F_s" in names,
         )  # fmt: skip
         theta = {name: getattr(static, name) for name in STATIC_PARAMETERS}

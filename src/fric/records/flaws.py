@@ -268,6 +268,7 @@ def by_load(log: Log) -> Log:
 ORDERS = (6, 8)  # Orders of the differences that show noise: motion of f Hz scales with that power of f over rate
 WHITE = 0.8  # Ratio of the powers by the higher and the lower order: 1 for white noise, less for a motion
 GAP = 1.5  # Sampling intervals above which samples are missing, as the time shows
+BLOCK = 20.0  # Least step of a reference over those beside it that is a block of lost samples
 WINDOW = 32  # Number of samples in a window for comparison of noise with speed
 ABOVE = 7.0  # Noise by jitter over that of the encoder step above which there is a warning: encoder errors cause less
 SMALL = 1e-3  # Harmless jitter in sampling intervals: the printed digits of a position have the same effect
@@ -298,7 +299,7 @@ def timing(log: Log) -> Timing:
     dt, step = np.diff(t), lattice_step(z) or 0.0
     gaps = np.diff(np.unique(z))  # a lattice too fine to be seen is no coarser than the smallest: a creep is in counts
     finest = step or float(gaps[gaps > 4e-15 * np.abs(z).max()].min(initial=np.ptp(z)))
-    lost = _lost(np.diff(z)[dt < GAP * np.median(dt)], finest)
+    lost = max(_lost(np.diff(z)[dt < GAP * np.median(dt)], finest), blocks_lost(log))
     return Timing(lost=lost) if lost else _jitter(z, t, step)
 
 
@@ -315,6 +316,19 @@ def _lost(steps: Real, encoder: float) -> float:
     alone = double[1:-1] & (np.abs(ratio[:-2] - 1.0) < 0.35) & (np.abs(ratio[2:] - 1.0) < 0.35)
     odd = steady & (np.abs(ratio - 1.0) > 0.35) & ~double
     return 0.0 if alone.sum() < LOST or odd.sum() > 0.3 * alone.sum() else float(alone.sum() / steady.sum())
+
+
+def blocks_lost(log: Log) -> float:
+    """Return the share of samples that are missing in blocks: there position and reference jump along their motion."""
+    if log.position is None or log.reference is None or len(log) < WINDOW:
+        return 0.0
+    asked, moved = np.diff(log.reference), np.diff(log.position)
+    before, step, after = np.abs(asked[:-2]), np.abs(asked[1:-1]), np.abs(asked[2:])
+    along = (asked[:-2] * asked[1:-1] > 0) & (asked[2:] * asked[1:-1] > 0) & (np.abs(moved - asked)[1:-1] < 0.5 * step)
+    usual = np.maximum(before, after)
+    jumps = along & (step > BLOCK * usual) & (step > 5.0 * np.quantile(np.abs(asked), 0.98))
+    missing = float(np.sum(step[jumps] / usual[jumps]))
+    return missing / (missing + len(log))
 
 
 def _jitter(z: Real, t: Real, encoder: float) -> Timing:

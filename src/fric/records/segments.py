@@ -14,7 +14,7 @@ Where only the velocity was logged, z is its integral, and the noise to be expla
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 
 import numpy as np
 
@@ -34,6 +34,9 @@ GRAIN = 2.0**-20  # Share of the resolution that distances are rounded to
 SWINGS = 0.03  # Root mean square of the velocity about its mean, over that mean, above which a stroke swings
 ENOUGH = 4096  # Number of samples searched for a swing; of more, means are used
 ASKED = 0.1  # Travel of the reference over that of the position below which the axis is at rest, and creeps
+AS_FAR = 0.25  # Largest relative difference of the travel of the reference and of the position in a stroke
+ALIKE, SLIP, SLIPS = 2.0, 0.5, 4
+"""Of creeps between slips: ratio of speeds; share of a slip, most in samples and least in travel; least number."""
 SHORTEST = 16  # Least number of samples, and of encoder counts, in a segment
 MOMENT = 0.1  # Share of the neighbouring segment, in time and travel, below which a segment is no stroke
 CREEP = 0.001  # Share of its travel below which a far shorter segment, or the next, is how the axis comes to rest
@@ -229,6 +232,7 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
     creeps = {piece for piece in pieces if _creeps(log, path, *piece)}
     kept = (trimmed(path, *trimmed(path, *piece)) for piece in pieces if piece not in creeps)
     found = [segment for piece in kept if (segment := _accepted(path, *piece)) is not None]
+    found = [segment for segment in found if _as_asked(log, path, segment.start, segment.stop)]
     moves = [
         (start, stop, abs(path.travel(start, stop)), path.explained(stop - start), log.time[stop - 1] - log.time[start])
         for start, stop in pieces
@@ -236,6 +240,7 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
     while found and not all(lasting := _lasts(found, np.array(moves), len(log))):
         found.remove(min((segment for segment, lasts in zip(found, lasting, strict=True) if not lasts), key=len))
     rests = [(start, stop) for start, stop, travel, rest, _ in moves if travel <= rest or (start, stop) in creeps]
+    found = _between_slips(path, found)
     if log.force is not None:
         force, pairs = log.force, zip_longest(found, found[1:])
         found = [segment for segment, later in pairs if later is None or not _leads_into(path, force, segment, later)]
@@ -249,6 +254,25 @@ def _creeps(log: Log, path: Path, start: int, stop: int) -> bool:
     if r is None or np.ptp(r) < 0.5 * np.ptp(z):
         return False
     return bool(np.ptp(r[start:stop]) < ASKED * abs(path.travel(start, stop)))
+
+
+def _between_slips(path: Path, found: list[Segment]) -> list[Segment]:
+    """Return the segments without those between slips: an axis that sticks creeps, all alike, and slips on by more."""
+    creeps = set[int]()
+    for n, (a, b) in enumerate(pairwise(found)):
+        creep, slip = path.travel(a.start, a.stop), path.travel(a.stop - 1, b.start + 1)
+        alike = 1.0 / ALIKE < a.velocity / b.velocity < ALIKE
+        if alike and slip / creep > SLIP and b.start - a.stop < SLIP * min(len(a), len(b)):
+            creeps |= {n, n + 1}
+    return found if len(creeps) < SLIPS else [segment for n, segment in enumerate(found) if n not in creeps]
+
+
+def _as_asked(log: Log, path: Path, start: int, stop: int) -> bool:
+    """Return whether a piece moves as fast as the reference, if that moves as far; phases of stick-slip do not."""
+    r = log.reference
+    if r is None or abs(float(np.ptp(r)) / max(float(np.ptp(path.position)), 1e-300) - 1.0) > AS_FAR:
+        return True
+    return abs(float(r[stop - 1] - r[start]) - (moved := path.travel(start, stop))) <= AS_FAR * abs(moved)
 
 
 def _accepted(path: Path, start: int, stop: int) -> Segment | None:

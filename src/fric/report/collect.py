@@ -23,7 +23,7 @@ from fric.estimate import Estimate, elements
 from fric.figures.style import thinned
 from fric.flaws import flaw_of
 from fric.input import foreign
-from fric.io.circle import DrawnGlitches, read_drawn, read_prediction, read_run_provenance, read_runs
+from fric.io.circle import DrawnGlitches, choose_circles, read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.io.hdf5 import read_records
 from fric.io.recognise import FORMAT, read_report, recognise
 from fric.log import Record
@@ -308,7 +308,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
 
     Run files, log files, documents of friction, plant, controller and observer, and earlier reports, which contain
     their data. Of two files on the same subject, the later is reported, and the earlier is compared with it. Measured
-    circles are compared with the machine file, or that of the runs.
+    circles, of several in a file the fastest, are compared with the machine file, or that of the runs.
     """
     items, tests, records = list[Item](), list[ContourTest](), list[Record]()
     logs, maps = list[tuple[str, str]](), list[tuple[str, CircleMapDocument]]()
@@ -344,7 +344,11 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
         hint = "Give a friction file of `fric identify`, a run file of `fric simulate circle`, or a circle test too."
         raise FricError("logs or a machine alone make no report", hint=hint)
     machine = machine or next((str(test.machine) for test in tests if test.machine), "")
-    held = _with_shape([Measured(path.name, path, diagnose(path, machine=machine or None)) for path in measured])
+    fastest = {path: max(test.feed for test in choose_circles([path])) for path in measured}  # of several in a file
+    held = _with_shape([
+        Measured(path.name, path, diagnose(path, machine=machine or None, feed=f"{feed!r} m/s"))
+        for path, feed in fastest.items()
+    ])  # fmt: skip
     inputs = _sorted(items, tests, records)
     return replace(inputs, logs=tuple(logs), circles=held, machine=machine, tolerance=tolerance, maps=tuple(maps))
 

@@ -330,9 +330,10 @@ def identify_controller(
         return GainsResult(found if rate is None else found.at(rate), axis, motion)
     if not logs:
         raise FricError("there is no circle test", hint="Record one with reference, position and voltage.")
-    of_axis = [log for log in logs_of(logs) if log.axis == axis]
-    if not of_axis:
-        raise FricError(f"no log is of axis {axis}", hint="Say which axis it is of (`axis=`).")
+    given = logs_of(logs)
+    if not (of_axis := [log for log in given if log.axis == axis]):
+        axes = " and ".join(sorted({log.axis for log in given}))
+        raise FricError(f"no log is of axis {axis}", hint=f"The logs are of axis {axes} (`axis=`).")
     found = controller_of_logs(of_axis)
     return GainsResult(found if rate is None else found.at(rate), axis, of_axis[0].motion)
 

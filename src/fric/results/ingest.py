@@ -19,6 +19,7 @@ from fric.io.ingest import Ingested, IngestedCircles, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.propose import first_of, guessed, proposal
 from fric.io.questions import Ask, Review, answered, beside
+from fric.io.readers.base import ForeignTable
 from fric.io.recognise import recognise
 from fric.io.words import axis_of_file
 from fric.notice import Notice, enumerated
@@ -200,8 +201,15 @@ def ingest(
     done = read_foreign(
         paths, Path(output), mapping=mapping, kind=kind, axis=axis, motion=motion, append=append,
         bad_cells="drop" if assume else bad_cells, force=force, progress=advance, window=(low, high), join=join,
+        is_other=_holds_circle,
     )  # fmt: skip
     return IngestResult(done, mapping is not None, notices)
+
+
+def _holds_circle(table: ForeignTable) -> bool:
+    from fric.io.ingest_circle import holds_circle  # which brings what models are compiled by
+
+    return holds_circle(table)
 
 
 def mapping_of(given: MappingDocument | Path | str | None) -> MappingDocument | None:

@@ -1111,7 +1111,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     times = [t[kept(len(t), s.decimation)] for t, s in zip(times, settings, strict=True)]
     y, time = np.concatenate(forces), np.concatenate(times)
     if len(y) < FEWEST or not any(shows_mass(record.motion, record.used) for record in shown):
-        what = f"at {max(rates):.3g} Hz the speed changes between samples, and the mass is not seen"
+        what = f"at {readable(max(rates), 'Hz', 3)} the speed changes between samples, and the mass is not seen"
         raise FricError(what, where=logs[0].where, hint="Log ten samples or more of each start and stop.")
     _refuse_rank(X, names, logs[0])
 

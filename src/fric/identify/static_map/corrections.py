@@ -454,9 +454,11 @@ def swing(strokes: Strokes) -> Correction | None:
         size = np.array([point.swing for point in points])
         return replace(problem, swing=size) if problem.fall and np.any(size > 0) else problem
 
-    speeds = [strokes.asked.of(v, "velocity") for v in sorted(abs(p.velocity) for p in swings)]
+    each = sorted(abs(p.velocity) for p in swings)
+    slowest, fastest = (strokes.asked.says(v, "velocity") for v in (each[0], each[-1]))
     most = max(p.swing for p in swings)
-    found = {"strokes": len(swings), "most": most, "slowest": speeds[0], "fastest": speeds[-1], "sticks": most > STICKS}
+    speeds = f"from {slowest} to {fastest}" if slowest != fastest else f"at {fastest}"
+    found = {"strokes": len(swings), "most": most, "speeds": speeds, "sticks": most > STICKS}
     return Correction(into=into, notices=[STROKES_SWING.found(**found, several=len(swings) > 1)])
 
 

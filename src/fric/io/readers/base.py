@@ -156,7 +156,7 @@ class ForeignTable(ABC):
             raise FricError(f"has {len(columns)} columns", where=str(path), hint="Save those of one axis alone.")
         if (longest := max((len(column.name) for column in columns), default=0)) > MOST_LETTERS:
             raise FricError(f"a column's name has {longest} letters", where=str(path), hint="Give it a shorter name.")
-        self.path, self.columns = path, tuple(columns)
+        self.path, self.columns = path, _with_suffixes(columns)
         self.constants, self.said = dict(constants or {}), dict(said or {})
 
     @abstractmethod
@@ -253,6 +253,17 @@ _NAMED = re.compile(
     r"(?P<name>.*?)(?:\s*(?:\[(?P<square>[^\[\]]*)\]|[({<](?P<round>[^(){}<>]*)[)}>])|"
     r"(?:\s+(?:/|in)\s+|\s(?=\S+/))(?P<behind>[^\s\[\](){}<>]+))"
 )
+_SLASHED = re.compile(r"([^/\s]+)/([a-zA-Zµ°%]{2,}(?:/[a-zA-Z]+)?)|([^/\s]*\w_\w+)/([NAVms%](?:/s)?)")
+"""A name and its unit, as ``X_ist/mm``; a single letter, as of ``arm/A``, is a unit behind ``F_mot/`` alone."""
+
+
+def _with_suffixes(columns: Sequence[Column]) -> tuple[Column, ...]:
+    """Return columns whose names end in a unit, as ``x_m``, with that unit, where two others' do unmistakably."""
+    sure = sum(column.unit is not None and column.name.endswith(f"_{column.unit}") for column in columns)
+    if sure < 2:
+        return tuple(columns)
+    ends = {n: c.name.partition("_")[2] for n, c in enumerate(columns) if c.unit is None}  # not velocity_rad_s
+    return tuple(c._replace(unit=ends[n]) if ends.get(n) in {*"mAsNV"} else c for n, c in enumerate(columns))
 
 
 class PlainXML(TreeBuilder):
@@ -278,6 +289,8 @@ def read_xml(path: Path, most: int) -> Element:
 def named(header: str) -> Column:
     """Split a header, as ``force [N]``, ``force (N)``, ``force / N`` or ``v in mm/s``; ``force_N`` stays a name."""
     text = header.strip().strip("\"'").lstrip("#%").strip()
+    if (slashed := _SLASHED.fullmatch(text)) and is_unit(unit := slashed[2] or slashed[4]):
+        return Column(slashed[1] or slashed[3], unit)
     found = _NAMED.fullmatch(text)
     inside = found and (found["square"] or found["round"] or found["behind"] or "").strip()
     lacks = found is None or not found["name"] or (found["behind"] and not is_unit(inside or ""))

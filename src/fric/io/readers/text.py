@@ -6,7 +6,7 @@ import io
 import re
 import zlib
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
@@ -168,7 +168,10 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     spaced = any(delimiter + " " in line for line in lines[first:])
     about = _preamble(lines[:top], delimiter)
     columns = _in_units(columns, lines[: first if names is None else names], about, delimiter)
-    columns = [Column(*both) for both in zip([c.name for c in columns], _remarked(columns, lines[:first]), strict=True)]
+    by_column = zip(*(row.cells[:width] for row in rows[first - start :] if len(row.cells) >= width), strict=True)
+    counted = {n for n, of in enumerate(by_column) if all(re.fullmatch(r"[-+]?\d+", cell) for cell in of)}
+    said = _remarked(columns, lines[:first], counted)
+    columns = [Column(*both) for both in zip([c.name for c in columns], said, strict=True)]
     titles = [named(about.get(column.name, "")) for column in columns]  # as in ``CH1: Feedback Position [PUU]``
     if sum(spoken(title).quantity is not None for title in titles) > 1:
         columns = [Column(title.name or c.name, c.unit or title.unit) for title, c in zip(titles, columns, strict=True)]
@@ -191,18 +194,22 @@ def _in_units(columns: list[Column], above: Sequence[str], about: dict[str, str]
     return columns
 
 
-def _remarked(columns: Sequence[Column], lines: Sequence[str]) -> list[str | None]:
-    """Return units of columns, also those that comments give by their names: ``# 1 count = 0.1 um, dac: V``."""
+def _remarked(columns: Sequence[Column], lines: Sequence[str], whole: Collection[int]) -> list[str | None]:
+    """Return units of columns, also those that comments give by their names: ``# 1 count = 0.1 um, dac: V``.
+
+    whole: The columns of whole numbers, which a position without unit has in counts.
+    """
     said = ", ".join(line for line in lines if line.startswith(("#", "%", ";", "//")))
     pairs = re.findall(r"(\w[\w .]{0,39}?)\s?[:=]\s*(\d[\d.]* ?[^\W\d]+|[^\s,;]+)", said)
     sizes, lack = re.compile(r"(1 ?)?(count|inc|increment|pulse)s?"), {c.name.casefold() for c in columns if not c.unit}
     folded = ((name.casefold(), unit) for name, unit in pairs)
     units = {name: unit for name, unit in folded if (name in lack or sizes.fullmatch(name)) and _unit(unit)}
     each = next((unit for name, unit in units.items() if sizes.fullmatch(name)), None)
-    own = (
-        units.get(column.name.casefold(), each if each and not column.unit and in_counts(column) else None)
-        for column in columns
-    )
+    counted = {
+        n for n, c in enumerate(columns)
+        if each and not c.unit and (in_counts(c) or (n in whole and spoken(c).quantity == "position"))
+    }  # fmt: skip
+    own = (units.get(c.name.casefold(), each if n in counted else None) for n, c in enumerate(columns))
     return [c.unit or (unit if unit and fits(c, unit) else None) for c, unit in zip(columns, own, strict=True)]
 
 
