@@ -73,6 +73,7 @@ from .results.identify import identify_plant as identify_plant
 from .results.identify import identify_static as identify_static
 from .results.ingest import CirclesResult as CirclesResult
 from .results.ingest import IngestResult as IngestResult
+from .results.ingest import circles_from_frame as circles_from_frame
 from .results.ingest import holds_circles as holds_circles
 from .results.ingest import ingest as ingest
 from .results.ingest import ingest_circles as ingest_circles

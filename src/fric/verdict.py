@@ -556,7 +556,7 @@ def nothing(evidence: Evidence) -> str:
         doubt = f"predicted {predicted}, measured {measured}. Are the gains, and the circle, those of this machine?"
         return f"No scheme is recommended: {doubt}"
     if evidence.mixed:
-        return "No scheme is recommended: strokes scatter by over half of their force. Are they of two machines?"
+        return "No scheme is recommended: strokes of a speed take different forces. Are they of two machines?"
     if evidence.rotary:
         said = "schemes are compared on a circle, which needs a linear axis."
         screw = "Of a screw, give `motion: linear/A` and each scale as a length (docs/formats.md, ball screw)."

@@ -172,6 +172,15 @@ def test_a_map_whose_strokes_scatter_by_a_tenth_of_their_force_is_doubted(scatte
     }
 
 
+@pytest.mark.parametrize(("ratio", "severity"), [(1.15, {"note", "doubt"}), (1.6, {"wrong"})])
+def test_strokes_at_two_levels_are_of_two_machines(ratio: float, severity: set[str]) -> None:
+    """Of two machines in a folder, a factor of 1.6 apart, a scheme was recommended, beside a doubt."""
+    logs = [*_logs(6), *(replace(log, force=ratio * log.force, name=f"m2 {log.name}") for log in _logs(7))]
+    (told,) = (one for one in identify_static(logs, Asked()).warnings if one.code == "strokes-scatter")
+    assert told.severity in severity
+    assert float(told.values["levels"]) == pytest.approx(ratio, rel=0.02)
+
+
 def test_a_damping_that_is_within_its_interval_too_large_is_not_told_wrong():
     plant = Plant(A=100.0, B=1.0, T_d=1e-3, K_f=1000.0)
     sure, unsure = (identify_static(_logs(6), Asked(plant=plant, damping_error=error)) for error in (0.0, 1.2e5))

@@ -148,6 +148,7 @@ def test_a_clipped_multisine_is_told() -> None:
     assert {"force-clipped": "wrong"}.items() <= {
         one["code"]: one["severity"] for one in found.document["warnings_coded"]
     }.items()
+    assert "K_f" not in found.fit.estimates  # nor is a number shown that the clipped force makes
 
 
 def test_an_encoder_too_coarse_for_slow_strokes_leaves_no_break_away_force() -> None:

@@ -356,6 +356,20 @@ def test_a_record_is_a_frame_and_a_record_again(motion):
     assert all(np.array_equal(getattr(again, channel), getattr(log, channel)) for channel in CHANNELS)
 
 
+def test_circles_of_a_frame_need_no_file():
+    t = np.arange(8000) / 2000.0
+    angle = 2 * np.pi * t / 1.9
+    columns = {"time [s]": t, "x_ref [mm]": 30 * np.cos(angle), "y_ref [mm]": 30 * np.sin(angle)}
+    lag = {name.replace("ref", "pos"): np.roll(values, 2) for name, values in columns.items() if "ref" in name}
+    circles = fric.circles_from_frame(pd.DataFrame({**columns, **lag}), scheme="a")
+    assert [(circle.radius, circle.scheme, circle.names) for circle in circles] == [(0.03, "a", ("x", "y"))]
+    assert fric.diagnose(*circles).document["radius"]["value"] == 0.03
+    with pytest.raises(fric.FricError, match="no whole circle"):
+        fric.circles_from_frame({name: values[:3000] for name, values in {**columns, **lag}.items()})
+    with pytest.raises(fric.FricError, match="a circle test takes two axes"):
+        fric.circles_from_frame({name: values for name, values in columns.items() if "y" not in name})
+
+
 def test_a_frame_is_a_record_and_a_run_is_a_circle():
     (log, *_) = fric.read(STROKES)
     frame = pd.DataFrame({"time [ms]": 1e3 * log.time, "position": 1e6 * log.position, "force [N]": log.force, "x": 0})

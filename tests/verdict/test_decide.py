@@ -375,5 +375,5 @@ def test_strokes_that_scatter_by_most_of_their_force_give_no_scheme():
     """Strokes of two machines in a folder, which scattered by 85 % of the force: "use (b)", and no word of two."""
     table = leaves("a", 20, 20 * LEVEL), leaves("b", 8, 8 * LEVEL)
     for share, given in ((0.85, False), (0.3, True)):
-        notice = STROKES_SCATTER.found(spread=Estimate(72.0, "N"), share=share, large=True)
+        notice = STROKES_SCATTER.found(spread=Estimate(72.0, "N"), share=share, large=True, levels=1.0, two=False)
         assert (decide(evidence(*table, notices=[notice])).choice is not None) is given

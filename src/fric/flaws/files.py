@@ -51,7 +51,8 @@ FILE_LEFT_OUT = Flaw("file-left-out", "doubt", "Left out: {why}.",
 RECORD_LEFT_OUT = Flaw("record-left-out", "doubt", "Left out, since it cannot be used: {why}.")
 FILE_UNUSED = Flaw("file-unused", "note",
     "Read, and not used: {unfit:{why}|axis {axis} needs no {kinds}}{others:; others of its kind are used|}.",
-    "{motion:`fric validate` compares results with it.|}{other:`fric inspect` says what it lacks.|}"
+    "{motion:It is neither strokes nor a sine: does it stick? `fric validate` compares results with it.|}"
+    "{other:`fric inspect` says what it lacks.|}"
     "{alone:See what is missing for its axis.|}")
 MAPPING_BUNDLED = Flaw("mapping-bundled", "note",
     "Read with the bundled mapping '{mapping}', the only one that fits: {files}.")

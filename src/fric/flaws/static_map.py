@@ -8,6 +8,7 @@ from fric.notice import Severity
 REMOVED = 0.05  # Subtracted share of friction up to which nothing is to be done: beyond, it widens a prediction
 SCATTERED = 0.1  # Scatter between strokes, as a share of their force, above which a map of speed is doubted
 ANOTHER = 0.5  # The same above which strokes cannot be of one axis
+LEVELS = 1.3  # Ratio of two levels of strokes of the same speeds from which on they cannot either
 SMALL, LARGE = 0.01, 0.1
 """Subtracted share of friction up to which there is no doubt, and above which the result is wrong."""
 STICKS = 0.6  # Swing of the speed above which the axis rests during a stroke: its mean force belongs to no velocity
@@ -46,8 +47,9 @@ STROKES_STAND_OFF = Flaw("strokes-stand-off", lambda f: "doubt" if f.share > SCA
     "Strokes deviate by up to {most:2} and weigh less: {strokes}. A slow axis may stick between two counts.",
     "Look at their records. In logs slower than the loop, speeds of whole counts a sample err alike: log others, too.")
 STROKES_SCATTER = Flaw("strokes-scatter",
-    lambda f: "wrong" if f.share > ANOTHER else "doubt" if f.share > SCATTERED else "note",
-    "Strokes scatter by {spread:2} beyond noise, {share:.1g%} of the force: weights and intervals allow for it.",
+    lambda f: "wrong" if f.share > ANOTHER or f.levels > LEVELS else "doubt" if f.share > SCATTERED else "note",
+    "Strokes scatter by {spread:2} beyond noise, {two:at two levels {levels:.2g} times apart: intervals|{share:.2g%} "
+    "of the force: weights and intervals} allow for it.",
     "{large:Are they of two machines? Friction that does not repeat, play, a hunting axis are no map of speed.|}")
 STROKES_IN_PRESLIDING = Flaw("strokes-in-presliding", "doubt",
     "At {speeds} the force still rises when strokes end: they do not slide, and are left out.",

@@ -245,12 +245,17 @@ def ingest_circles(
 def holds_circle(table: ForeignTable) -> bool:
     """Return whether the axes of a table run on whole circles for most of it."""
     try:
-        chosen, _ = circle_plan(table, None, None, table.constants)
-        channels = _whole(table, chosen, False, lambda _: None)
-        tests = [*_tests(channels, chosen.motion, StatedCircle(within=(0.0, inf)), str(table.path), "")]
+        tests, samples = circles_in(table, StatedCircle(within=(0.0, inf)))
     except FricError:
         return False
-    return 2 * sum(len(test.axes[name].time) for test in tests for name in test.names[:1]) > len(channels["time"])
+    return 2 * sum(len(test.axes[name].time) for test in tests for name in test.names[:1]) > samples
+
+
+def circles_in(table: ForeignTable, stated: StatedCircle) -> tuple[list[MeasuredCircle], int]:
+    """Return the circles of a table whose header names axes and units, and its number of samples."""
+    chosen, _ = circle_plan(table, None, stated.sampling, table.constants)
+    channels = _whole(table, chosen, False, lambda _: None)
+    return [*_tests(channels, chosen.motion, stated, str(table.path), "")], len(next(iter(channels.values())))
 
 
 def _of_axes(source: Path, mapping: MappingDocument, bad_cells: str) -> tuple[dict[str, Real], Motion]:

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import fric
 from fric.columns import CIRCLE
@@ -19,15 +19,20 @@ from fric.io.ingest import Ingested, IngestedCircles, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.propose import first_of, guessed, proposal
 from fric.io.questions import Ask, Review, answered, beside
-from fric.io.readers.base import ForeignTable
+from fric.io.readers.base import ForeignTable, Memory, named
 from fric.io.recognise import recognise
 from fric.io.words import axis_of_file
+from fric.log import Columns
 from fric.notice import Notice, enumerated
 from fric.output import FORMATS
 from fric.results.base import Advance, DataFrame, Figure, Piece, Result, in_si, path_of, quantity, silent
 from fric.results.kinds import MappingLike, Quantity, RecordKind, SchemeName
+from fric.series import real
 from fric.units import Motion, readable, words_of
-from fric.verb import Kind, verb
+from fric.verb import Kind, refused, verb
+
+if TYPE_CHECKING:
+    from fric.circles.measured import MeasuredCircle
 
 LIKELIEST = "`assume=True` takes the likeliest of what is open."
 
@@ -95,6 +100,27 @@ def ingest_circles(
         done = read_circles(paths, Path(output), mapping=likeliest, bad_cells="drop", **given)
         done = replace(done, warnings=(*notices, *done.warnings))
     return CirclesResult(done)
+
+
+@verb
+def circles_from_frame(
+    frame: Columns, *, radius: Annotated[Quantity | None, "position"] = None,
+    feed: Annotated[Quantity | None, "velocity"] = None, scheme: str = "",
+) -> list["MeasuredCircle"]:  # fmt: skip
+    """Return the circle tests of a data frame, for `diagnose`, `tune` and `make_report`.
+
+    frame: A `pandas.DataFrame`, or a mapping of columns, whose names are of axes, with units: ``x_ref [mm]``.
+    radius, feed, scheme: As in `fric.ingest_circles`.
+    Raises FricError: When no two axes are named, or they run on no whole circle.
+    """
+    if not hasattr(frame, "keys"):
+        raise refused("circles_from_frame", "a data frame, or columns by name", frame)
+    from fric.io.ingest_circle import StatedCircle, circles_in
+
+    values = [real(frame[name], "circles_from_frame", f"the column '{name}'") for name in frame]
+    table = Memory(Path("frame"), [named(str(name)) for name in frame], values)
+    stated = StatedCircle(quantity(radius, "position"), quantity(feed, "velocity"), scheme=scheme)
+    return circles_in(table, stated)[0]
 
 
 class IngestResult(Result, schema=IngestDocument, of="done"):

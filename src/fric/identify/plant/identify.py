@@ -41,6 +41,7 @@ from fric.records.motion import BANDWIDTH, Conditioning, kept, shows_mass, thinn
 from fric.records.over_strokes import ForceOverPosition, cogging
 from fric.records.prepared import Drive, Prepared, prepared
 from fric.records.recognition import kind_of
+from fric.records.resolution import clipped
 from fric.records.segments import steady_segments
 from fric.search import simplest
 from fric.units import Motion, is_effort, readable, rotates, si_unit
@@ -432,6 +433,7 @@ def force_scale(
     unit = si_unit("force per input", motion)
     stated = None if given is None else Estimate(given, unit, fixed=True)
     both = [log for log in logs if log.input is not None and log.force is not None and np.ptp(log.input) > 0]
+    both = [log for log in both if log.force is not None and clipped(log.force).mean() < CUT]
     answered: list[tuple[Log, Lines]] = []
     for log in both:
         with suppress(FricError):  # else it determines neither K_f nor the lag
@@ -614,7 +616,7 @@ def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate
     means = [
         (float(np.mean(log.input[part.start : part.stop])), float(np.mean(log.force[part.start : part.stop])))
         for log in logs if log.force is not None and log.input is not None
-        for part in steady_segments(log)
+        for part in steady_segments(log) if clipped(log.force)[part.start : part.stop].mean() < CUT
     ]  # fmt: skip
     u, F = np.array(means, float).reshape(-1, 2).T
     if len(u) < MEANS or np.ptp(u) == 0.0:
@@ -630,6 +632,7 @@ def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate
     return found, () if share <= BENT else (flaws.FORCE_NOT_PROPORTIONAL.found(segments=len(u), off=share),)
 
 
+CUT = 0.01  # Share of clipped samples from which on a force does not tell the force constant
 GAINS_APART = 0.05  # Share by which the friction's gain must differ between records to compare their amplitudes
 UNSURE_BETA, UNSURE_SHIFT = 0.4, 0.25
 """Error of β as a share of A and β, and of A, B and T_d as a share of what β changes: chosen on 152 axes, simulated

@@ -21,17 +21,22 @@ from fric.flaws.static_map import ONE_SPEED
 from fric.identify.static_map.corrections import corrected
 from fric.identify.static_map.map_fit import MapFit, each_direction, explained, fit_map, widened
 from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
+from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.process import one_blas_thread
 from fric.records.flaws import record_flaws, stroke_flaws
 from fric.records.over_strokes import REPEATED
-from fric.statistics import smoother_than_noise
+from fric.statistics import robust_deviation, smoother_than_noise
 from fric.units import Motion, si_unit
 
 TAKEN = 0.05  # Tolerance of the plant's damping, as a share, before the strokes contradict it
 DIFFERENT = 1e-3  # Probability by chance below which directions count as different
 MISSED = 0.005  # Common error of a map in both directions at a speed (rms) over the force above which it is warned of
+PAIRS, ALIKE = (
+    6,
+    0.2,
+)  # Least number of speeds with several strokes, of each direction, and most scatter of their ratios
 SEEN = 0.5  # Least share of the fall from F_s to F_c above the slowest stroke for strokes to determine F_s
 
 
@@ -205,8 +210,22 @@ def _scatter(fit: MapFit) -> Iterator[Notice]:
     single = float(np.sum(fit.residual**2 / values)) if values.min() > 0 else np.inf
     if fit.between and chdtrc(problem.degrees_of_freedom, single) < 0.01:
         share = fit.between / float(np.median(np.abs(problem.F)))
-        spread, large = fit.asked.of(fit.between, "force"), share > flaws.SCATTERED
-        yield flaws.STROKES_SCATTER.found(spread=spread, share=share, large=large)
+        spread, large, levels = fit.asked.of(fit.between, "force"), share > flaws.SCATTERED, _levels(problem)
+        yield flaws.STROKES_SCATTER.found(spread=spread, share=share, large=large, levels=levels, two=levels > 1.0)
+
+
+def _levels(problem: StribeckProblem) -> float:
+    """Return the ratio of the forces of strokes of the same velocities if it is the same for all; else 1."""
+    found = []
+    for way in (problem.v > 0, problem.v < 0):
+        order = np.argsort(problem.v[way])
+        v, F = problem.v[way][order], np.abs(problem.F[way][order])
+        parts = np.split(F, np.flatnonzero(np.diff(v) > REPEATED * np.abs(v[1:])) + 1)
+        ratios = np.log([part.max() / part.min() for part in parts if len(part) > 1])
+        if len(ratios) < PAIRS or robust_deviation(ratios - np.median(ratios)) > ALIKE * np.median(ratios):
+            return 1.0
+        found.append(float(np.median(ratios)))
+    return float(np.exp(np.mean(found)))
 
 
 def _misfit(fit: MapFit) -> Iterator[Notice]:
