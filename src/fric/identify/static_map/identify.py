@@ -33,10 +33,7 @@ from fric.units import Motion, si_unit
 TAKEN = 0.05  # Tolerance of the plant's damping, as a share, before the strokes contradict it
 DIFFERENT = 1e-3  # Probability by chance below which directions count as different
 MISSED = 0.005  # Common error of a map in both directions at a speed (rms) over the force above which it is warned of
-PAIRS, ALIKE = (
-    6,
-    0.2,
-)  # Least number of speeds with several strokes, of each direction, and most scatter of their ratios
+PAIRS, ALIKE = 6, 0.2  # Least number of speeds with several strokes, each way, and most scatter of their ratios
 SEEN = 0.5  # Least share of the fall from F_s to F_c above the slowest stroke for strokes to determine F_s
 
 
