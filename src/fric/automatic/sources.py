@@ -10,7 +10,7 @@ from filecmp import cmp
 from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TypeVar
+from typing import Any, TypeVar
 from zipfile import ZipFile
 
 import numpy as np
@@ -464,9 +464,8 @@ def _records(
         log = Path(folder) / "log.h5"
         try:
             cells, meaning = "drop" if assume else "error", mapping_of(mapping or None)
-            read = read_foreign(
-                path, log, mapping=meaning, axis=axis, kind=kind, bad_cells=cells, is_other=holds_circle
-            )
+            about: dict[str, Any] = {"mapping": meaning, "axis": axis, "kind": kind, "bad_cells": cells}
+            read = read_foreign(path, log, **about, is_other=holds_circle)
             if doubts is not None:
                 doubts += [w for w in read.warnings if w.severity != "note" and w.code != LEFT_OUT.code]
             return read_records(log)
@@ -488,9 +487,10 @@ def _read(
     records = _records(path, mapping, axis, assume=assume, doubts=doubts)
     if isinstance(records, str):
         return records
-    logs = [record for record in records if isinstance(record, Log)] if together else []
-    if any(Signs.of(log.channels()).against() == "force" for log in logs):
-        return f"the force counts the other way than in other files: {BY_SIGNS} friction drives the axis"
+    for log in (record for record in records if together and isinstance(record, Log)):
+        (signs := Signs()).add(log.channels())
+        if signs.against() == "force":
+            return f"the force counts the other way than in other files: {BY_SIGNS} friction drives the axis"
     if _taken(path, mapping, records, found, seen, wide=axis is not None, assume=assume):
         found.description += [doubt for doubt in doubts if doubt not in found.description]
     return ""

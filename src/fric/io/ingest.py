@@ -11,7 +11,7 @@ from functools import partial
 from itertools import chain, pairwise
 from math import inf, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -173,13 +173,6 @@ class Signs:
         self.work = np.zeros(2)
         self.agreement = np.zeros(2)
         self.samples = 0
-
-    @classmethod
-    def of(cls, block: Mapping[str, Real]) -> Self:
-        """Return those of whole channels, in SI."""
-        found = cls()
-        found.add(block)
-        return found
 
     def add(self, block: Mapping[str, Real]) -> None:
         """Take the next samples of each channel, in SI."""

@@ -199,9 +199,7 @@ def pair(machine: Machine, only: str | None = None, *, both: bool = False) -> tu
         return beside(alone.name)
     if len(linear := [name for name, axis in machine.axes.items() if not rotates(axis.motion)]) < 1 + both:
         what = f"this takes {'two linear axes' if both else 'a linear axis'}"
-        raise FricError(
-            f"{what}, and the machine has {len(linear) or 'none'}", hint="Add the other to the machine's file."
-        )
+        raise FricError(f"{what}, and the machine has {len(linear) or 'none'}", hint="Add another to its file.")
     if len(linear) == 1:
         return beside(linear[0])
     names = ("x", "y") if {"x", "y"} <= set(linear) else tuple(linear[:2])
