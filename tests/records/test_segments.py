@@ -321,3 +321,11 @@ def test_creeps_between_slips_are_no_strokes() -> None:
     assert not steady_segments(replace(log, reference=asked))  # whose speed is 53 µm/s
     steady = one_segment(lambda tau: np.full(len(tau), 60.0))[0]
     assert len(steady_segments(replace(steady, reference=steady.position + 1e-5))) == 1  # lags, as without feedforward
+
+
+def test_a_moment_at_the_end_of_a_long_record_is_no_stroke() -> None:
+    """An axis that sticks on its way back crept for 0.1 s at 30 µm/s, beside a stroke of 10 s at 50 µm/s."""
+    t, rng = np.arange(24_700) * 1e-3, np.random.default_rng(1)
+    z = np.interp(t, [0, 2.4, 12.1, 12.4, 24.49, 24.6, 24.7], [0, 0, 485e-6, 485e-6, 485e-6, 481.8e-6, 481.8e-6])
+    log = Log(time=t, position=z + rng.normal(0, 20e-9, len(t)), force=23.0 + rng.normal(0, 1.0, len(t)))
+    assert [round(segment.velocity * 1e6) for segment in steady_segments(log)] == [50]

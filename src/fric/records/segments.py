@@ -40,6 +40,7 @@ ALIKE, SLIP, SLIPS = 2.0, 0.5, 4
 SHORTEST = 16  # Least number of samples, and of encoder counts, in a segment
 MOMENT = 0.1  # Share of the neighbouring segment, in time and travel, below which a segment is no stroke
 CREEP = 0.001  # Share of its travel below which a far shorter segment, or the next, is how the axis comes to rest
+BRIEF = 0.02  # Share of another segment, either way, in time and travel, below which a segment is no stroke
 TREND = 0.01  # Largest relative change of velocity over a segment that is no acceleration
 SETTLING = 0.5  # Largest share of the samples to drop until the force has settled
 BATCHES = 64  # Number of batches for the search of settling
@@ -349,6 +350,7 @@ def _lasts(found: list[Segment], moves: Real, samples: int) -> list[bool]:
         after = begins[begins >= stops[i]].min(initial=samples)
         after_it = (np.arange(len(v)) == i - 1) & (pauses == pauses[i])  # the loop closes its error there: creep
         ramp = (np.abs(share) < CREEP) & ((n[i] < MOMENT * n) | after_it) | (n[i] < MOMENT * n) & along
+        ramp |= np.maximum(np.abs(share), n[i] / n) < BRIEF
         return bool(not ramp.any() and n[i] >= 0.5 * max(starts[i] - before, after - stops[i]))
 
     return [*map(lasts, range(len(found)))]
