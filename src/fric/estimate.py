@@ -226,8 +226,13 @@ DIGITS = 8  # Largest number of digits of a value
 
 
 def _size(value: float, interval: Any) -> float:
-    """Return the size that sets the prefix of a value and its interval: the value, or a tenth of a far limit."""
+    """Return the size that sets the prefix of a value and its interval: the value, or a tenth of a far limit.
+
+    Of an interval that holds both signs, the far limit.
+    """
     far = max((abs(limit) for limit in interval or () if not isinf(limit)), default=0.0)
+    if interval and min(interval) < 0.0 < max(interval):
+        return far or abs(value)
     return abs(value) if far < 300.0 * abs(value) else 0.1 * far
 
 

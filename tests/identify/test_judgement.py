@@ -221,9 +221,11 @@ def test_a_table_has_one_unit_a_row_of_numbers_that_fit():
     rows = estimate_rows({
         "sigma": {"value": 3e-9, "unit": "N*m*s/rad", "ci95": [0.0, 941.6]},
         "d": {"value": [1e-9, 2e-3], "unit": "m", "ci95": [[5e-10, 2e-9], [1e-3, 3e-3]]},
+        "offset": {"value": 0.541, "unit": "N", "ci95": [-4.869, 5.952]},  # was 541 mN, -4869 … 5952
     })  # fmt: skip
     assert all(len(cell) < 22 for row in rows for cell in row)
     assert rows[1][3] == rows[2][3]
+    assert rows[3] == ("offset", "1", "-5 … 6", "N")
 
 
 @pytest.mark.long(20)
