@@ -22,6 +22,7 @@ from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.log import Log
 from fric.results.identify import GainsResult
+from fric.simulate.spread import draw_machine
 from tests.turns import in_turns
 
 BOUNDS = {"K_v": 0.01, "K_p": 0.01, "K_i": 0.02, "velocity_filter": 0.05}
@@ -382,6 +383,11 @@ def test_a_drive_that_feeds_forward_the_velocity_alone_is_identified_and_simulat
     coarse = replace(test.axes["x"], reference=np.round(test.axes["x"].reference, 7))
     rounded = controller_of(replace(test, axes={**test.axes, "x": coarse}), "x")
     assert rounded.estimates["acceleration_feedforward"].assumed
+    limits = rounded.estimates["acceleration_feedforward"].limits  # which the machines of a prediction are drawn from
+    ahead = [draw_machine(whole, n, intervals={"x": {"acceleration_feedforward": limits}})[0] for n in range(40)]
+    shares = [machine.axes["x"].cascade.acceleration_feedforward for machine in ahead]
+    assert min(shares) < 0.5  # all of 40 are above with a chance of 8e-4
+    assert max(shares) == 1.0
 
     # what the controller has to make up for: the inertia and A of the plant, by the linear loop around it
     plant, gains, s = whole.axes["x"].plant, whole.axes["x"].cascade, 1j * run.test.feed / run.test.radius

@@ -268,7 +268,7 @@ class FoundController:
 
         An integral leaves the lag (1 - share)/K_v. Without one the voltage holds the share: the inverse model, damping
         over gain, is little beside it. Within its error of 1 it is full, within that of 0 none: then an integral leaves
-        the lag 1/K_v, which shows K_v to within a sample.
+        the lag 1/K_v, which shows K_v to within a sample. An acceleration feedforward that is not seen is 0 to 1.
         """
         found = replace(self, late=fit.late, swapped=fit.swapped)
         K_v, gain = self.cascade.K_v, self.estimates["K_v"]
@@ -280,7 +280,7 @@ class FoundController:
         if abs(late) <= half:
             ahead, apart = fit.fed_acceleration(log_values)
             if not np.isfinite(apart):
-                unseen = Estimate(1.0, "1", assumed=True)
+                unseen = Estimate(1.0, "1", (0.0, 1.0), assumed=True)
                 return replace(found, estimates={**self.estimates, "acceleration_feedforward": unseen})
             if max(abs(ahead), 1e-5) + apart > NO_MODEL:
                 return found

@@ -646,6 +646,8 @@ def read_identified(
             warnings.append(NOT_DRAWN.found(f"axis {name}", names=undrawn))
         if found and gains[name] > KNOWN_GAIN and K_p.ci95 and None not in K_p.ci95:
             found |= closed_intervals("K_p", kept.K_p.si("velocity gain", part.motion))[0]
+        if found and (ahead := kept.acceleration_feedforward):
+            found |= closed_intervals("acceleration_feedforward", ahead.si("ratio", part.motion))[0]
         if found:
             intervals[name] = found
             covariances[name] = [*(identified or part.friction).covariances()]

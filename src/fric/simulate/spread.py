@@ -290,6 +290,8 @@ def _plant(plant: Plant, draws: _Draws) -> Plant:
 
 def _cascade(cascade: Cascade, draws: _Draws) -> Cascade:
     """Return the gains for a K_p from its interval: a slow log shows K_p·K_v + K_i and K_v·K_i far better than K_p."""
+    if (ahead := "acceleration_feedforward") in draws.intervals:
+        cascade = replace(cascade, acceleration_feedforward=draws.value(ahead, cascade.acceleration_feedforward, 0.0))
     if "K_p" not in draws.intervals:
         return cascade
     total, product = cascade.K_p * cascade.K_v + cascade.K_i, cascade.K_v * cascade.K_i
