@@ -20,7 +20,7 @@ from fric.cli.main import app
 from fric.errors import FricError
 from fric.io.circle import read_circles
 from fric.io.hdf5 import read_logs
-from fric.io.propose import guessed, proposal
+from fric.io.propose import guessed, guesses, proposal
 from fric.io.questions import Question, answered
 from fric.io.readers import tables
 from fric.io.readers.base import Column, named
@@ -1423,3 +1423,40 @@ def test_a_circle_among_the_tests_of_a_table_is_a_circle(tmp_path: Path) -> None
     found = find_sources([path], proposals=tmp_path / "maps")
     assert [*found.traces] == [path]
     assert {(log.axis, *log.kinds) for log in found.logs} == {("x", "constant-velocity"), ("y", "constant-velocity")}
+
+
+def test_an_axis_stands_in_a_line_below_that_of_the_names(tmp_path: Path) -> None:
+    """All columns were named X, and the position was any of them."""
+    a = axis_of_a_drive(n=1500)
+    head = ("SERVO TRACE\nSampling cycle(us),1000\nChannel,CH1,CH2,CH3,CH4\nKind,POSCMD,POSF,FORCE,FORCE\n"
+            "Axis,X,X,X,Y\nUnit,mm,mm,N,N\n")  # fmt: skip
+    rows = [f"{n},{1e3 * r:.5f},{1e3 * x:.5f},{i:.3f},{2 * i:.3f}"
+            for n, (r, x, i) in enumerate(zip(a["asked"], a["position"], a["current"], strict=True))]  # fmt: skip
+    (tmp_path / "log.csv").write_text("\n".join([head, *rows]) + "\n")
+    (table,) = tables(tmp_path / "log.csv")
+    assert [column.name for column in table.columns[1:]] == ["X POSCMD", "X POSF", "X FORCE", "Y FORCE"]
+    assert [column.unit for column in table.columns[1:]] == ["mm", "mm", "N", "N"]
+
+
+def test_a_scope_s_export_with_names_in_the_header_alone_is_read(tmp_path: Path) -> None:
+    """It has no lines about each channel, and was refused: "names no channels"."""
+    a = axis_of_a_drive(n=1500)
+    head = ["Name;A1.ActPos;;A1.Force", "File;Scope Project", "Starttime of export;133000000000000000", "",
+            "Time (ms);A1.ActPos [mm];Time (ms);A1.Force [N]"]  # fmt: skip
+    rows = [f"{1e3 * t:.3f};{1e3 * x:.5f};{1e3 * t:.3f};{40 * i:.3f}".replace(".", ",")
+            for t, x, i in zip(a["t"], a["position"], a["current"], strict=True)]  # fmt: skip
+    (tmp_path / "log.csv").write_text("\n".join([*head, *rows]) + "\n")
+    (axis,) = told(tmp_path / "log.csv")
+    assert [axis.roles[of].unit for of in ("time", "position", "force")] == ["ms", "mm", "N"]
+
+
+def test_an_axis_without_a_name_beside_a_circle_of_slides_is_a_slide(tmp_path: Path) -> None:
+    """It was guessed to turn, so that the X of the circle, which moves along a line, became x2."""
+    a, t = axis_of_a_drive(), np.arange(9000) * 5e-4
+    write(tmp_path / "strokes.csv", "time [s];pos;effort", a["t"], a["position"], a["current"])
+    angle = 2 * np.pi * t / 1.9
+    turn = [0.03 * np.cos(angle), -np.sign(np.sin(angle)), 0.03 * np.sin(angle), np.sign(np.cos(angle))]
+    write(tmp_path / "circle.csv", "time [s];x.actual;x.voltage;y.actual;y.voltage", t, *turn)
+    with ExitStack() as files:
+        found = guesses([tmp_path / "strokes.csv", tmp_path / "circle.csv"], files)
+    assert [(guess.axis.name, guess.axis.motion) for guess in found] == [*[("x", "linear")] * 2, ("y", "linear")]

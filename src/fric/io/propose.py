@@ -231,11 +231,15 @@ def _agree(found: Sequence[Guess]) -> None:
             del roles["force"]
             guess.axis.motion = "rotary" if rotates(guess.axis.motion) else "linear"
     moved = [(g, g.plain(role.column), role) for g in found if (role := g.axis.roles.get("position"))]
+    slides = any(g.named and not rotates(g.axis.motion) for g in found)  # so is an axis beside them without a name
     for guess, name, role in moved:
         other, _, known = max((p for p in moved if p[1] == name), key=lambda p: p[2].unit_likelihood)
         unit = rotates(other.axis.motion), known.unit
+        if other is guess and not guess.named and slides:
+            unit = next(((False, r.position) for r in guess.axis.readings if not rotates(r.motion)), unit)
         readings = (r for r in guess.axis.readings if (rotates(r.motion), r.position) == unit)
-        if role.unit_likelihood < SURE and other is not guess and (reading := next(readings, None)):
+        differs = other is not guess or unit[0] != rotates(guess.axis.motion)
+        if role.unit_likelihood < SURE and differs and (reading := next(readings, None)):
             take_reading(guess.axis, reading, known.unit_likelihood)
 
 

@@ -147,7 +147,11 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
             if sum(is_number(cell, decimal) for cell in table[n]) >= width:
                 what = f"line {n + 1} has more cells than the {width} of the header"
                 raise FricError(what, hint="Mend or remove the line.")
-    cells = table[names] if names is not None else _unnamed([row.cells for row in rows[first - start :] if row.cells])
+    cells = (
+        _labelled(table, names)
+        if names is not None
+        else _unnamed([row.cells for row in rows[first - start :] if row.cells])
+    )
     if names is None and width == len(_SIMPLEFOC) and any(line.startswith("MOT:") for line in lines[:first]):
         cells = list(_SIMPLEFOC)
     cells = (layout.header is None and _listed(lines[:first], width)) or cells
@@ -341,6 +345,18 @@ def _header(
         if units is None and len(over) == width and any(over) and all(map(_unit, table[names])):
             names, units = names - 1, names
     return names, units
+
+
+def _labelled(table: list[list[str]], names: int) -> list[str]:
+    """Return the names of columns; of ``Axis,X,X`` below ``Kind,Command,Volt`` each of the second behind its axis."""
+    cells, above = table[names], table[max(names - 3, 0) : names]
+    if len({*cells[1:]}) == len(cells) - 1:
+        return cells
+    for row in reversed([row for row in above if len(row) == len(cells)]):
+        both = [" ".join(pair) for pair in zip(cells, row, strict=True)]
+        if len({*both}) == len(both) and any(spoken(named(cell)).quantity for cell in row[1:]):
+            return both
+    return cells
 
 
 def _unit_in(cell: str) -> str:

@@ -21,8 +21,8 @@ _FILETIME = 1e16  # A stamp above this counts ticks of 100 ns since 1601: 1e16 a
 
 
 def recognises(path: Path, head: bytes) -> float:
-    """An export begins with the names of the scope and of its file, and the time of its start."""
-    return 0.9 * bool(_MARK.match(head))
+    """An export begins with the names of the scope and of its file, and the time of its start; channels follow."""
+    return 0.9 * bool(_MARK.match(head) and re.search(rb"[\r\n]Name[\t;,]", head))
 
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
