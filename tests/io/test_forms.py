@@ -1460,3 +1460,28 @@ def test_an_axis_without_a_name_beside_a_circle_of_slides_is_a_slide(tmp_path: P
     with ExitStack() as files:
         found = guesses([tmp_path / "strokes.csv", tmp_path / "circle.csv"], files)
     assert [(guess.axis.name, guess.axis.motion) for guess in found] == [*[("x", "linear")] * 2, ("y", "linear")]
+
+
+def test_stamps_with_a_date_are_the_time_of_files_of_several_rates(tmp_path: Path) -> None:
+    """By the steps of all files together none was even: "the sampling period (time) is not in the file"."""
+    for name, rate in (("response", 4), ("stroke", 1)):
+        a = axis_of_a_drive(n=1500, dt=1e-3 / rate)
+        stamps = pd.Timestamp("2024-05-02 10:11:12") + pd.to_timedelta(a["t"], unit="s")
+        columns = [stamps.strftime("%d/%m/%Y %H:%M:%S.%f"), 1e3 * a["position"], 40 * a["current"]]
+        frame = pd.DataFrame(dict(zip(["Date et heure", "Mesure (mm)", "Effort (N)"], columns, strict=True)))
+        frame.to_csv(tmp_path / f"{name}.csv", sep=";", index=False)
+    with ExitStack() as files:
+        (guess,) = guesses([tmp_path / "response.csv", tmp_path / "stroke.csv"], files)
+    assert guess.axis.roles["time"].column == 0
+    assert guess.axis.roles["time"].unit == "s"
+
+
+def test_an_attribute_names_the_columns_of_a_matrix(tmp_path: Path) -> None:
+    """Positions were asked for among numbered columns, and the rate beside the names was not seen."""
+    a = axis_of_a_drive(n=1500)
+    with h5py.File(path := tmp_path / "run.h5", "w") as file:
+        data = file.create_dataset("data", data=np.column_stack([1e3 * a["position"], 40 * a["current"]]))
+        data.attrs["columns"] = ["x_act_mm", "x_F_N"]
+        data.attrs["sample_rate_hz"] = 1000.0
+    (axis,) = told(path)
+    assert [axis.roles[of].unit for of in ("time", "position", "force")] == ["0.001 s", "mm", "N"]

@@ -169,3 +169,18 @@ def test_an_error_about_joined_files_names_those_that_were_given(tmp_path):
     assert raised.value.where == ", ".join(map(str, given))
     (assumed,) = find_sources([tmp_path], proposals=tmp_path.parent / "made/mappings", assume=True).description[-1:]
     assert str(given[0]) in str(assumed)
+
+
+def test_a_folder_for_each_record_with_a_file_a_channel(tmp_path: Path) -> None:
+    """Whose names differ in channel and unit: no log could be used, and two files at a time were asked to be joined."""
+    logs, runs = tmp_path / "logs", {"slow": path_of(3), "fast": path_of(4), "third": path_of(5)}
+    logs.mkdir()
+    for run, x in runs.items():
+        for name, values in (("position_mm", x), ("reference_mm", x + 1e-4), ("force_N", force_of(x))):
+            written(logs / run, f"x_{name}", f"time [s],{name.replace('_', ' [')}]", T, values)
+    found = find_sources([logs], proposals=tmp_path / "out/mappings")
+    assert {log.path.name for log in found.logs} == {"slow.h5", "fast.h5", "third.h5"}
+    ingest(next(log.path for log in found.logs if log.path.name == "slow.h5"), tmp_path / "log.h5")
+    (log,) = read_records(tmp_path / "log.h5")
+    assert log.force == pytest.approx(force_of(runs["slow"]), rel=1e-6)
+    assert log.reference == pytest.approx(1e-3 * runs["slow"] + 1e-7, abs=1e-9)

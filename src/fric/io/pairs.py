@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import cast
@@ -40,7 +40,7 @@ def with_joined(
 
     folder: Where files are written; None to join none.
     """
-    followed = dict[tuple[Path, ...], float]()
+    followed, files_of = dict[tuple[Path, ...], float](), Counter(path.name for path in paths)
     for group in _alike(paths) if folder else ():
         with suppress(FricError), ExitStack() as files:
             followed[group] = follows(_together(group, files))
@@ -60,7 +60,9 @@ def with_joined(
     for taken, assumed in ((sure, False), (open_ones if wanted[-1] else [], True)):
         joined = [group for group in followed if folder and group in taken]
         for parts in joined:
-            path = cast("Path", folder) / f"{'+'.join(part.stem for part in parts)}.h5"
+            whole = all(files_of[part.name] > 1 for part in parts)  # such files are in the folder of each record
+            name = parts[0].parent.name if whole else "+".join(part.stem for part in parts)
+            path = cast("Path", folder) / f"{name}.h5"
             with ExitStack() as files:
                 _write(path, _together(parts, files), ", ".join(map(str, parts)))
             paths = [*(path for path in paths if path not in parts), path]
@@ -76,9 +78,19 @@ def _parts(group: Sequence[Path]) -> frozenset[str]:
     return frozenset(set.union(*words) - set.intersection(*words))
 
 
-def _alike(paths: Iterable[Path]) -> Iterator[tuple[Path, ...]]:
-    """Yield files of a folder whose names differ in a word without digits, where that makes few of them."""
+def _alike(paths: Collection[Path]) -> Iterator[tuple[Path, ...]]:
+    """Yield files of a folder whose names differ in a word without digits, where that makes few of them.
+
+    All of a folder that holds few, beside another of files of the same names, are alike, too.
+    """
     groups: dict[tuple[Path, str, frozenset[str]], list[Path]] = {}
+    folders: dict[Path, list[Path]] = {}
+    for path in paths:
+        folders.setdefault(path.parent, []).append(path)
+    known = Counter(path.name for path in paths)
+    for files in folders.values():
+        if 1 < len(files) <= MOST_PARTS and max(known[path.name] for path in files) > 1:
+            yield tuple(files)
     for path in paths:
         words = frozenset(re.split(r"[\W_]+", path.stem.casefold()))
         for word in words:

@@ -320,7 +320,8 @@ def _clock(data: Samples) -> Role:
         even = 1.0 - min(float(np.subtract(*np.quantile(steps, [0.9, 0.1]))) / usual, 1.0)
         if unnamed[n] and even < JITTERS and _advances(data.x[: first or None, n]):
             even, uneven = JITTERS, {*uneven, n}
-        score = 3.0 * (says.quantity == "time") + 0.5 * (says.quantity == "row") + even + 0.2 / (1 + n)
+        dated = says.quantity is None and 1e9 < data.x[0, n] < 2.5e9 and 0.0 < usual < 1.0  # seconds since 1970
+        score = 3.0 * (says.quantity == "time" or dated) + 0.5 * (says.quantity == "row") + even + 0.2 / (1 + n)
         score -= 2.0 * (says.quantity not in {None, "time", "row"})
         best = max(best, (score, -n))
     if best[0] < 0.9:

@@ -18,7 +18,7 @@ import h5py
 import numpy as np
 
 from fric.documents.mapping import Layout
-from fric.errors import FricError
+from fric.errors import FricError, printable
 from fric.io.readers.base import OF_SEVERAL, RECORD, Column, ForeignTable, Format, Memory, named, whole_stamps
 from fric.io.readers.text import OF_UNITS
 from fric.io.safe_hdf5 import members, open_file, text
@@ -177,7 +177,15 @@ def _tree(node: Any, file: h5py.File, left: Iterator[int], depth: int = 0) -> An
     if node.ndim != 2:
         return None
     flat = _lies(*node.shape)
-    return [_DatasetLine(node, n, along=int(not flat)) for n in range(node.shape[flat])]
+    lines = [_DatasetLine(node, n, along=int(not flat)) for n in range(node.shape[flat])]
+    titles = (np.ravel(values) for _, values in members(node.attrs) if np.size(values) == len(lines) > 1)
+    named_so = next((found for found in titles if found.dtype.kind in "OSU"), None)  # an attribute names the columns
+    if named_so is None:
+        return lines
+    names = [
+        printable(title.decode(errors="replace") if isinstance(title, bytes) else str(title)) for title in named_so
+    ]
+    return _said(node) | dict(zip(names, lines, strict=True)) if len({*names}) == len(names) else lines
 
 
 def _said(node: Any) -> dict[str, Any]:
