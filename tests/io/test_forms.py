@@ -1485,3 +1485,21 @@ def test_an_attribute_names_the_columns_of_a_matrix(tmp_path: Path) -> None:
         data.attrs["sample_rate_hz"] = 1000.0
     (axis,) = told(path)
     assert [axis.roles[of].unit for of in ("time", "position", "force")] == ["0.001 s", "mm", "N"]
+
+
+def test_a_circle_in_a_sheet_among_the_tests_is_a_circle(tmp_path: Path) -> None:
+    """It was a record of an axis x and of one y, whose plant was that of x: 120 kg were said of 80 kg."""
+    a, t = axis_of_a_drive(), np.arange(9000) * 5e-4
+    angle = 2 * np.pi * t / 1.9
+    stroke = {"Temps [s]": a["t"], "Consigne [mm]": 1e3 * a["asked"], "Position [mm]": 1e3 * a["position"],
+              "Force [N]": 40 * a["current"]}  # fmt: skip
+    turn = {f"{name} {axis} [{unit}]": values for axis, z in (("X", 30 * np.cos(angle)), ("Y", 30 * np.sin(angle)))
+            for name, unit, values in (("Position", "mm", z), ("Tension", "V", np.sign(np.gradient(z))))}  # fmt: skip
+    with pd.ExcelWriter(path := tmp_path / "essais.xlsx") as book:
+        for sheet, columns in (("aller", stroke), ("retour", stroke), ("cercle", {"Temps [s]": t} | turn)):
+            pd.DataFrame({name: np.round(values, 5) for name, values in columns.items()}).to_excel(
+                book, sheet_name=sheet, index=False
+            )
+    found = find_sources([path], proposals=tmp_path / "maps")
+    assert [*found.traces] == [path]
+    assert [log.axis for log in found.logs] == ["x"]

@@ -291,7 +291,9 @@ def _plant(plant: Plant, draws: _Draws) -> Plant:
 def _cascade(cascade: Cascade, draws: _Draws) -> Cascade:
     """Return the gains for a K_p from its interval: a slow log shows K_p·K_v + K_i and K_v·K_i far better than K_p."""
     if (ahead := "acceleration_feedforward") in draws.intervals:
-        cascade = replace(cascade, acceleration_feedforward=draws.value(ahead, cascade.acceleration_feedforward, 0.0))
+        share = draws.value(ahead, cascade.acceleration_feedforward, 0.0)
+        unseen = draws.intervals[ahead] == (0.0, 1.0)  # a drive has it or has it not
+        cascade = replace(cascade, acceleration_feedforward=float(share == 1.0) if unseen else share)
     if "K_p" not in draws.intervals:
         return cascade
     total, product = cascade.K_p * cascade.K_v + cascade.K_i, cascade.K_v * cascade.K_i

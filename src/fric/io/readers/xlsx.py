@@ -16,7 +16,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError, found_in
-from fric.io.readers.base import ForeignTable, Format, RowBlock, library, warned
+from fric.io.readers.base import RECORD, ForeignTable, Format, RowBlock, library, warned
 from fric.io.readers.text import shape_of
 from fric.notice import Notice
 
@@ -60,7 +60,8 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         error, read = None, 0
         for sheet in sheets:
             try:
-                table = _Sheet(path, sheet, layout, {"name": sheet.title} if len(sheets) > 1 else {}, notices)
+                said = dict.fromkeys(("name", RECORD), sheet.title) if len(sheets) > 1 else {}
+                table = _Sheet(path, sheet, layout, said, notices)
             except FricError as found:  # a sheet of notes beside those of numbers
                 error = error or found
                 continue
