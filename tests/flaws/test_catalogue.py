@@ -477,6 +477,7 @@ SHOWN: dict[str, Show] = {
     "sine-too-fast": lambda s: hysteresis(share=s * gms.INERTIA),
     "C-assumed": lambda s: hysteresis(assumed=is_so(s)),
     "C-without-plant": lambda s: hysteresis(plant=not is_so(s)),
+    "level-of-another": lambda s: hysteresis(level=1.0 + s * (gms.OTHER - 1.0)),
     "level-differs": lambda s: hysteresis(level=1.0 + s * gms.LEVEL),
     "rest-raises-friction": lambda s: hysteresis(mismatch=s * gms.LEVEL * 100.0),
     "records-vary": lambda s: (

@@ -45,6 +45,7 @@ UNDETERMINED = float(np.log(10.0))  # Half width of log C's interval beyond whic
 INERTIA = 0.1  # Share of inertia in the force above which a sine is too fast
 HOLLOW = 0.02  # Share of F_s by which a virgin curve is below a concave curve, beyond its error, that gives a warning
 LEVEL = 0.03  # Deviation of Σ alpha from 1 that gives a warning
+OTHER = 1.3  # Ratio of pre-sliding friction to that of the map from which they are of two machines, or units
 
 
 @dataclass(frozen=True)
@@ -444,7 +445,8 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
     elif not plant_given:
         yield flaws.C_WITHOUT_PLANT.found()
     if fit.curve.saturates and abs(float(fit.alpha_sum) - 1.0) > LEVEL:
-        yield flaws.LEVEL_DIFFERS.found(level=float(fit.alpha_sum))
+        flaw = flaws.LEVEL_DIFFERS if 1 / OTHER < float(fit.alpha_sum) < OTHER else flaws.LEVEL_OF_ANOTHER
+        yield flaw.found(level=float(fit.alpha_sum))
     if abs(fit.curve.mismatch) > LEVEL * F_s + fit.curve.mismatch_half:
         flaw = REST_RAISES_FRICTION if fit.curve.mismatch > 0 else FRICTION_DIFFERS
         yield flaw.found(by=Estimate(abs(fit.curve.mismatch), newton))
