@@ -73,6 +73,12 @@ def test_friction_around_rest_is_no_second_mass_and_has_the_sign_of_friction(tmp
 @pytest.mark.parametrize("words", [["--axis", "q"], ["--kind", "drop"], ["--noise", "3 V"]])
 def test_what_cannot_be_simulated_leaves_no_file(tmp_path: Path, words: list[str]) -> None:
     out = tmp_path / "log.h5"
-    done = RUN.invoke(app, ["simulate", "experiment", MACHINE, "--kind", "sliding-sine", "-o", str(out), *words])
+    kind = [] if "--kind" in words else ["--kind", "sliding-sine"]
+    done = RUN.invoke(app, ["simulate", "experiment", MACHINE, *kind, "-o", str(out), *words])
     assert isinstance(done.exception, FricError)
+    twice = RUN.invoke(app, ["simulate", "experiment", MACHINE, "--axis", "x", "--axis", "y", "-o", str(out)])
+    assert (
+        twice.exit_code == 2
+    )  # the first was overwritten without a word: a second --map left the logs of the first out
+    assert "--axis is given twice" in twice.output
     assert not list(tmp_path.iterdir())

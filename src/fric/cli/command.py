@@ -56,6 +56,15 @@ def command_of(ctx: Any) -> str:
 class HelpfulCommand(TyperCommand):
     """A command whose help has its options in groups, and examples."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments; an option of one value that is given twice is refused, not overwritten."""
+        given = [of for of in self.make_parser(ctx).parse_args([*args])[2] if of.param_type_name == "option"]
+        if again := next(
+            (of for n, of in enumerate(given) if of in given[:n] and not (of.multiple or of.is_flag)), None
+        ):
+            raise UsageError(f"{max(again.opts, key=len)} is given twice, and takes one value.", ctx=ctx)
+        return list(super().parse_args(ctx, args))
+
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """Return places, required options, and the others in one word: ``LOGS… -o DIR [OPTIONS]``."""
         places, asked = list[str](), list[str]()
