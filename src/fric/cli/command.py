@@ -58,10 +58,9 @@ class HelpfulCommand(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; an option of one value that is given twice is refused, not overwritten."""
-        given = [of for of in self.make_parser(ctx).parse_args([*args])[2] if of.param_type_name == "option"]
-        if again := next(
-            (of for n, of in enumerate(given) if of in given[:n] and not (of.multiple or of.is_flag)), None
-        ):
+        order: list[Any] = self.make_parser(ctx).parse_args([*args])[2]
+        given = [of for of in order if of.param_type_name == "option" and not (of.multiple or of.is_flag or of.count)]
+        if again := next((of for n, of in enumerate(given) if of in given[:n]), None):
             raise UsageError(f"{max(again.opts, key=len)} is given twice, and takes one value.", ctx=ctx)
         return list(super().parse_args(ctx, args))
 
