@@ -19,6 +19,9 @@ def recognises(path: Path, head: bytes) -> float:
     return float(head.startswith(b"PAR1"))
 
 
+MOST_WORDS = 1 << 16  # Size of the words of a column that parts records [byte]
+
+
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a Parquet file: one table."""
     parquet = library(FORMAT)
@@ -37,7 +40,12 @@ def _of_ids(table: "ParquetTable", file: Any) -> Sequence[ForeignTable]:
     rest = [n for n in range(len(kinds)) if n not in words]
     blocks = [block.columns for block in table.blocks(rest)]
     values = [np.concatenate(pieces) for pieces in zip(*blocks, strict=True)]
-    named = file.read(columns=[file.schema_arrow[words[0]].name]).column(0).to_pandas().astype("str").str.strip()
+    name = file.schema_arrow[words[0]].name
+    with library(FORMAT).ParquetFile(table.path, read_dictionary=[name]) as packed:  # a text that recurs is held once
+        texts = packed.read(columns=[name]).column(0)
+    if max((part.dictionary.nbytes for part in texts.chunks), default=0) > MOST_WORDS:
+        return []
+    named = texts.to_pandas().astype("str").str.strip()
     return parted(table, named, [table.columns[n] for n in rest], values)
 
 
