@@ -18,6 +18,7 @@ from fric.documents.base import provenance
 from fric.documents.bundled import bundled
 from fric.estimate import Estimate
 from fric.flaws import flaw_of, prediction
+from fric.flaws.blocks import LEVEL_OF_ANOTHER
 from fric.flaws.circle import COMPLETED_DISAGREES, GAINS_UNKNOWN, LOOP_LAGS
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import CIRCLE_UNUSED, NO_MEASURED_CIRCLE, NOTHING_SIMULATED
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 
 SHARE = 0.95  # Share of the drawn machines that stay below the reported value
 CLOSE = 1.25  # Ratio of predicted to measured glitch, either way, up to which agreement within intervals is trust
+MIXED = {STROKES_SCATTER.code, LEVEL_OF_ANOTHER.code}  # Flaws by which records are of two machines
 FAR = 1.7  # The same ratio from which machines fitted to the circle decide nothing: friction varies less between days
 
 
@@ -145,8 +147,8 @@ class Evidence:
 
     @property
     def mixed(self) -> bool:
-        """Whether the strokes of an axis may be of two machines."""
-        return any(notice.code == STROKES_SCATTER.code and notice.severity == "wrong" for notice in self.notices)
+        """Whether the records of an axis may be of two machines."""
+        return any(notice.code in MIXED and notice.severity == "wrong" for notice in self.notices)
 
     @property
     def far(self) -> list[Notice]:
@@ -322,6 +324,7 @@ def machine_name(file: str) -> str:
 
 WIDE = 1.1  # Ratio of the ends of a glitch's range from which it is said
 EARNED = 0.05  # Share of the uncompensated glitch by which a scheme must be better to be worth its additional effort
+LOOSE = 3.0  # Ratio of its bound to the expected glitch without compensation from which nothing is recommended
 ENOUGH_MACHINES = 20  # Machines below which a share of 95 % is a guess
 NEARLY_ALL = 0.9  # Share of the drawn machines on which a scheme is better, from which it is, whatever the worst leave
 RESAMPLES = 400  # Resamples of the drawn machines for the interval of a difference
@@ -356,6 +359,12 @@ def decide(evidence: Evidence) -> Verdict:
         return Verdict(choice=None, headline=nothing(evidence), why=why, effort=said, next=then, kept=kept, **given)
     chosen = _choose(usable, evidence)
     why += tuple(chosen.predicted.distrust) if chosen.predicted else ()
+    if chosen is without and chosen.drawn and chosen.stays_under > LOOSE * chosen.middle:
+        glitch, most = Estimate(chosen.middle, "m"), Estimate(chosen.stays_under, "m")
+        why += (prediction.GLITCH_OPEN.found(glitch=glitch, most=most),)
+        said_open = "No scheme is recommended yet: the glitch to expect is open."
+        then = tuple(steps(evidence, None))
+        return Verdict(choice=None, headline=said_open, why=why, effort=said, next=then, kept=kept, **given)
     if evidence.tolerance is not None:
         seen = evidence.measured.get(chosen.scheme.name, 0.0)
         kept = max(chosen.stays_under, seen) <= evidence.tolerance
@@ -540,10 +549,13 @@ DIFFERS = "the measured circle differs from its prediction"
 
 def nothing(evidence: Evidence) -> str:
     """Return the sentence why no scheme is recommended."""
+    if evidence.mixed:
+        return "No scheme is recommended: records take different forces. Are they of two machines, or did it warm?"
     if evidence.disagreements and evidence.designed:
         return "No scheme is recommended: the controller's gains are not known."
     if evidence.disagreements:
-        fitted = all(notice.code == COMPLETED_DISAGREES.code for notice in evidence.disagreements)
+        unused = any(notice.code == CIRCLE_UNUSED.code for notice in evidence.distrust)
+        fitted = not unused and all(notice.code == COMPLETED_DISAGREES.code for notice in evidence.disagreements)
         differs = "a machine fitted to the measured circle does not reproduce it" if fitted else DIFFERS
         if n := evidence.agree:
             others = f"{n} other circle{'s agree' if n > 1 else ' agrees'}"
@@ -555,8 +567,6 @@ def nothing(evidence: Evidence) -> str:
         predicted, measured = (readable(glitch, "m", 3) for glitch in evidence.glitches)
         doubt = f"predicted {predicted}, measured {measured}. Are the gains, and the circle, those of this machine?"
         return f"No scheme is recommended: {doubt}"
-    if evidence.mixed:
-        return "No scheme is recommended: strokes of a speed take different forces. Are they of two machines?"
     if evidence.rotary:
         said = "schemes are compared on a circle, which needs a linear axis."
         screw = "Of a screw, give `motion: linear/A` and each scale as a length (docs/formats.md, ball screw)."

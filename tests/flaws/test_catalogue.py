@@ -196,6 +196,10 @@ def against(glitch: float = 3e-6, **more: object) -> list[Notice]:
     return verdict.reasons_against(one, Evidence(candidates=(other, one), resolution=0.1e-6))
 
 
+def decided(*bare: float) -> list[Notice]:
+    return list(verdict.decide(Evidence(candidates=(leaves("a", *bare),), compared=True)).why)
+
+
 def measured(size: float) -> list[Notice]:
     given = Evidence(
         candidates=(leaves("a", 9e-6), leaves("f", 3e-6)), tolerance=5e-6, measured={"f": 5e-6 * size}, compared=True
@@ -514,6 +518,7 @@ SHOWN: dict[str, Show] = {
     "limit-cycle": lambda s: against(oscillation=s * verdict.CYCLE),
     "cannot-run": lambda s: against(drawn=[np.nan if is_so(s) else 3e-6] * 30),
     "scheme-spoils": lambda s: against(9e-6 + s * 0.2e-6),
+    "glitch-open": lambda s: decided(9e-6, *[9e-6] * 25, *[9e-6 * verdict.LOOSE * s] * 5),
     "few-machines": lambda s: distrust(
         candidates=[leaves(name, 3e-6, *[3e-6] * round(verdict.ENOUGH_MACHINES / s)) for name in "af"]
     ),

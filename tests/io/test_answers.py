@@ -31,10 +31,10 @@ def test_a_paper_beside_logs_is_skipped_once_questions_were_answered(tmp_path: P
     write(logs / "log.csv", "Zeit [s];Winkel;Kraft", a["t"], a["position"], a["current"])
     (logs / "README.txt").write_text("Strokes of an axis.\nNothing else.\n")
     asked = list[str]()
-    first = find_sources([logs], None, tmp_path / "made", ask=answers(asked))
+    first = find_sources([logs], (), tmp_path / "made", ask=answers(asked))
     assert asked
     assert (logs / "fric-mapping.yaml").is_file()
-    again = find_sources([logs], None, tmp_path / "made")
+    again = find_sources([logs], (), tmp_path / "made")
     assert [source.path for source in again.logs] == [source.path for source in first.logs] == [logs / "log.csv"]
     assert not again.refused
 
@@ -53,9 +53,9 @@ def test_all_axes_that_a_given_mapping_has_of_a_file_are_read(tmp_path: Path) ->
     force = [np.tanh(np.gradient(of)) + 0.01 * np.gradient(of) for of in (x, y)]
     path = write(tmp_path / "circle.csv", "a;u;b;w", x, force[0], y, force[1])
     (tmp_path / "map.yaml").write_text(TWO)
-    found = find_sources([path], str(tmp_path / "map.yaml"), tmp_path / "made")
-    assert [source.axis for source in found.logs] == ["x", "y"]
-    assert [*found.traces] == [path]
+    found = find_sources([path], [str(tmp_path / "map.yaml")], tmp_path / "made")
+    assert found.traces == {path: str(tmp_path / "map.yaml")}
+    assert not found.logs  # a circle identifies no friction that it judges
     (tmp_path / "map.yaml").write_text(TWO.replace("unit: V}}}", "unit: N}}}", 1).replace("linear/V", "linear", 1))
     done = fric.ingest(path, output=tmp_path / "x.h5", mapping=tmp_path / "map.yaml")
     assert [(notice.code, notice.values["axes"]) for notice in done.warnings] == [("axes-left-out", ["y"])]
@@ -70,7 +70,7 @@ def test_all_axes_of_earlier_answers_are_read_again(tmp_path: Path) -> None:
     of_x, of_y = ((size * a["position"], a["current"]) for size in (1e3, 5e2))
     path = write(tmp_path / "log.csv", "a;u;b;w", *of_x, *of_y)
     (tmp_path / "fric-mapping.yaml").write_text(TWO)
-    found = find_sources([path], None, tmp_path / "made")
+    found = find_sources([path], (), tmp_path / "made")
     assert [source.axis for source in found.logs] == ["x", "y"]
 
 
@@ -78,7 +78,7 @@ def test_a_part_of_a_mapping_that_cannot_be_read_is_told_beside_one_that_can(tmp
     a = axis_of_a_drive()
     path = write(tmp_path / "log.csv", "a;u;b;w", a["position"], a["current"], a["position"], np.nan * a["t"])
     (tmp_path / "map.yaml").write_text(TWO)
-    found = find_sources([path], str(tmp_path / "map.yaml"), tmp_path / "made")
+    found = find_sources([path], [str(tmp_path / "map.yaml")], tmp_path / "made")
     assert [source.axis for source in found.logs] == ["x"]
     assert "file-left-out" in [notice.code for notice in found.description]
 
@@ -141,7 +141,7 @@ def test_pole_pairs_are_asked_where_a_speed_counts_electrical_turns(tmp_path: Pa
     header = ["ms", *["tachometer"] * position, "erpm", "current_motor"]
     path = write(tmp_path / "log.csv", ";".join(header), a["t"] * 1e3, *counted, erpm, a["current"])
     asked: list[str] = []
-    found = find_sources([path], None, tmp_path, ask=answers(asked, pole=str(pairs)))
+    found = find_sources([path], (), tmp_path, ask=answers(asked, pole=str(pairs)))
     assert sum("pole pairs" in text for text in asked) == 1
     fric.ingest(path, output=tmp_path / "log.h5", mapping=found.logs[0].mapping)
     (log,) = fric.read(tmp_path / "log.h5").records
@@ -157,7 +157,7 @@ def test_a_position_in_volts_is_asked_for_what_a_volt_is(tmp_path: Path, answer:
     volts = 40.0 * a["position"]
     path = write(tmp_path / "log.csv", "TIME (s);CH1 (V);CH2 (V)", a["t"], volts, 0.1 * a["current"])
     asked: list[str] = []
-    found = find_sources([path], None, tmp_path, ask=answers(asked, motion=answer, unit="10 A"))
+    found = find_sources([path], (), tmp_path, ask=answers(asked, motion=answer, unit="10 A"))
     fric.ingest(path, output=tmp_path / "log.h5", mapping=found.logs[0].mapping)
     (log,) = fric.read(tmp_path / "log.h5").records
     assert log.motion == motion

@@ -600,7 +600,7 @@ def test_traces_of_two_axes_without_a_force_are_still_asked_about(tmp_path: Path
     t = np.arange(4000) * 1e-3
     both = [30.0 * f(2.0 * np.pi * 0.5 * t) + 0.001 * np.sin(40.0 * t) for f in (np.cos, np.sin)]
     path = rows(tmp_path / "log.csv", "time,x pos,y pos", t, *both, mark=",")
-    found = find_sources([path], None, tmp_path / "made")
+    found = find_sources([path], (), tmp_path / "made")
     assert NO_FORCE not in found.refused
     assert [path.name for guess in found.open.found for path in guess.files] == ["log.csv"] * 2
 

@@ -476,7 +476,7 @@ def test_a_zip_beside_other_files_is_opened(tmp_path: Path) -> None:
     folder.mkdir()
     (folder / "overview.csv").write_text("file,grease\nrun.csv,yes\n")
     zipped(folder / "raw.zip", "run.csv", log.read_bytes())
-    assert [source.path.name for source in find_sources([folder], None, tmp_path / "out" / "mappings").logs] == [
+    assert [source.path.name for source in find_sources([folder], (), tmp_path / "out" / "mappings").logs] == [
         "run.csv"
     ]
 
@@ -563,7 +563,7 @@ def test_groups_and_datasets_of_foreign_hdf5_are_records(tmp_path: Path, lying: 
             for name, key, unit in (("time", "t", "s"), ("angle", "position", "rad"), ("torque", "current", "N*m")):
                 values = a[key] if lying else a[key][:, None]
                 group.create_dataset(name, data=values).attrs["unit"] = unit
-    found = find_sources([tmp_path], None, tmp_path.parent / f"{tmp_path.name}-out", assume=True)
+    found = find_sources([tmp_path], (), tmp_path.parent / f"{tmp_path.name}-out", assume=True)
     (source,) = found.logs
     log = tmp_path.parent / f"{tmp_path.name}.h5"
     fric.ingest(tmp_path / "runs.h5", output=log, assume=True)
@@ -595,7 +595,7 @@ def test_a_circle_in_a_group_beside_those_of_strokes_is_found(tmp_path: Path, cl
             ("reference", 1e3 * axis.position), ("position", 1e3 * axis.position + 1e-3), ("current", axis.velocity),
         )}  # fmt: skip
         put(file.create_group("circle"), 1e3, **shown)
-    found = find_sources([folder], None, tmp_path / "out", assume=True)
+    found = find_sources([folder], (), tmp_path / "out", assume=True)
     assert [*found.traces] == [folder / "runs.h5"]
     (source,) = found.logs
     log = tmp_path / "log.h5"
@@ -662,13 +662,13 @@ def test_logs_in_a_zip_are_those_of_a_folder(tmp_path: Path) -> None:
     folder = tmp_path / "logs"
     folder.mkdir()
     zipped(folder / "set.zip", "dataset/../../run.csv", log.read_bytes())  # whose name does not lead out of its folder
-    found = find_sources([folder], None, tmp_path / "out" / "mappings")
+    found = find_sources([folder], (), tmp_path / "out" / "mappings")
     assert [source.path for source in found.logs] == [tmp_path / "out" / "unpacked" / "set" / "dataset" / "run.csv"]
 
 
 def test_a_zip_that_unpacks_to_too_much_is_named(tmp_path: Path) -> None:
     zipped(tmp_path / "set.zip", "run.csv", b"0" * (65 << 20))
-    found = find_sources([tmp_path], None, tmp_path / "out" / "mappings")
+    found = find_sources([tmp_path], (), tmp_path / "out" / "mappings")
     assert [files for why, files in found.refused.items() if "unpack it beside it" in why] == [[tmp_path / "set.zip"]]
     assert not (tmp_path / "out" / "unpacked").exists()
 
@@ -742,11 +742,11 @@ def test_files_named_by_axes_are_of_these(tmp_path: Path, head: str) -> None:
     logs.mkdir()
     for name, share in (("X_axis", 1.0), ("Y_axis", 2.0)):
         write(logs / f"{name}.csv", head.replace(",", ";"), a["t"], a["position"], share * a["current"])
-    found = find_sources([logs], None, tmp_path / "out" / "mappings")
+    found = find_sources([logs], (), tmp_path / "out" / "mappings")
     assert {log.axis: log.path.stem for log in found.logs} == {"x": "X_axis", "y": "Y_axis"}
     for old, new in (("X_axis", "run_a"), ("Y_axis", "run_b")):
         (logs / f"{old}.csv").rename(logs / f"{new}.csv")
-    assert {log.axis for log in find_sources([logs], None, tmp_path / "out" / "mappings").logs} == {"x"}
+    assert {log.axis for log in find_sources([logs], (), tmp_path / "out" / "mappings").logs} == {"x"}
 
 
 @pytest.mark.parametrize("form", ["header", "none", "lines"])
@@ -1503,3 +1503,43 @@ def test_a_circle_in_a_sheet_among_the_tests_is_a_circle(tmp_path: Path) -> None
     found = find_sources([path], proposals=tmp_path / "maps")
     assert [*found.traces] == [path]
     assert [log.axis for log in found.logs] == ["x"]
+
+
+@pytest.mark.parametrize("above", ["*** Test: stroke{n}\n*** Operator: N. N.\n", ""])
+def test_a_text_that_repeats_its_header_holds_a_record_a_block(tmp_path: Path, above: str) -> None:
+    """The blocks were one log whose time jumped back, and the advice was about circles."""
+    a, path = axis_of_a_drive(n=1500), tmp_path / "tests.log"
+    rows = [f"{t:.3f},{1e3 * r:.5f},{1e3 * x:.5f},{40 * i:.3f}"
+            for t, r, x, i in zip(a["t"], a["asked"], a["position"], a["current"], strict=True)]  # fmt: skip
+    block = "\n".join(["t(s),Xref(mm),Xact(mm),Force(N)", *rows]) + "\n"
+    path.write_text("".join(above.format(n=n) + block for n in (1, 2, 3)))
+    found = list(tables(path))
+    assert [table.said["name"] for table in found] == [f"{'stroke' if above else 'block '}{n}" for n in (1, 2, 3)]
+    assert [len(next(table.read([2])).columns[0]) for table in found] == [1500] * 3
+    assert f"line {1509 if above else 1505}" in found[1].place(2)  # as an editor counts
+    circle = "t(s),Xact(mm),Yact(mm),XU(V),YU(V)\n" + "\n".join(f"{n * 0.01:.2f},{n},{-n},1,2" for n in range(50))
+    path.write_text("".join(above.format(n=n) + block for n in (1, 2)) + circle + "\n")
+    assert [len(table.columns) for table in tables(path)] == [4, 4, 5]
+
+
+def test_a_header_within_a_log_whose_time_goes_on_parts_nothing(tmp_path: Path) -> None:
+    rows = [f"{n * 0.01:.2f},{n},{n % 7}" for n in range(200)]
+    text = "\n".join(["time [s],position [um],force [N]", *rows[:100], "time [s],position [um],force [N]", *rows[100:]])
+    (tmp_path / "log.csv").write_text(text + "\n")
+    (table,) = tables(tmp_path / "log.csv")
+    assert sum(len(block.columns[0]) for block in table.read([1])) == 200
+
+
+def test_units_behind_an_axis_and_a_word_are_units(tmp_path: Path) -> None:
+    """Behind one underscore they were, behind two they were not: the voltage of a circle was left out."""
+    names = ["timestamp", "x_cmd_m", "x_act_m", "x_cmd_V", "y_cmd_V", "velocity_rad_s"]
+    write(tmp_path / "circle.csv", ";".join(names), *(np.arange(50.0) for _ in names))
+    (table,) = tables(tmp_path / "circle.csv")
+    assert [column.unit for column in table.columns] == [None, "m", "m", "V", "V", None]
+
+
+def test_a_text_in_a_matlab_file_says_how_long_a_count_is(tmp_path: Path) -> None:
+    """It was shown, and the counts were asked for."""
+    savemat(tmp_path / "log.mat", {"PosAct_cnt": np.arange(50), "F_N": np.ones(50), "info": "1 count = 0.1 um"})
+    (table,) = tables(tmp_path / "log.mat")
+    assert {column.name: column.unit for column in table.columns}["PosAct_cnt"] == "0.1 um"

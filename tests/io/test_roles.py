@@ -440,9 +440,7 @@ def test_signals_of_simulink_and_units_above_a_header(tmp_path: Path) -> None:
     head = "LabVIEW Measurement\t\nY_Unit_Label\tmm\tN\t\n***End_of_Header***\nX_Value\tLaser\tLoad cell\tComment\n"
     (tmp_path / "run.lvm").write_text(head + rows)
     assert [column.unit for column in next(tables(tmp_path / "run.lvm")).columns][:3] == [None, "mm", "N"]
-    assert [log.axis for log in find_sources([tmp_path / "run.lvm"], None, tmp_path / "made", assume=True).logs] == [
-        "x"
-    ]
+    assert [log.axis for log in find_sources([tmp_path / "run.lvm"], (), tmp_path / "made", assume=True).logs] == ["x"]
 
 
 def test_runs_of_simulink_whose_signals_share_labels_are_a_record_each(tmp_path: Path) -> None:
@@ -521,7 +519,7 @@ def test_what_lies_beside_logs_and_has_no_force_is_not_asked_about(tmp_path: Pat
     write(tmp_path / "run.csv", "time;x;F", a["t"], a["position"], a["current"])
     minutes = np.arange(60.0)
     write(tmp_path / "temperatures.csv", "minute;T1;T2", minutes, 20 + 0.1 * minutes, 21 + 0.05 * minutes)
-    found = find_sources([tmp_path], None, tmp_path.parent / "made")
+    found = find_sources([tmp_path], (), tmp_path.parent / "made")
     assert [path.name for guess in found.open.found for path in guess.files] == ["run.csv"]
     assert [path.name for path in found.refused[NO_FORCE]] == ["temperatures.csv"]
 
@@ -540,7 +538,7 @@ def test_of_what_an_oscilloscope_logs_a_volt_is_to_be_stated(tmp_path: Path, nam
 def test_a_table_of_velocities_in_order_is_one_of_means(tmp_path: Path) -> None:
     speed = np.concatenate([-np.geomspace(200, 0.5, 9), np.geomspace(0.5, 200, 9)])
     path = write(tmp_path / "curve.csv", "omega [rad/s];T_fric [Nm]", speed, np.sign(speed) * 0.4 + 0.002 * speed)
-    (source,) = find_sources([path], None, tmp_path / "made").logs
+    (source,) = find_sources([path], (), tmp_path / "made").logs
     assert source.kinds == {"force-velocity"}
 
 

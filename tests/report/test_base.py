@@ -18,6 +18,14 @@ def test_a_page_that_extends_the_base_loads_nothing() -> None:
     assert not re.search(r"@import|url\(", html)
 
 
+def test_a_command_in_a_sentence_is_set_as_code() -> None:
+    """The page showed the marks of Markdown."""
+    page = environment().from_string("{{ text }}").render(text="`fric tune` & <b>`x`; a ` alone").strip()
+    assert page == "`fric tune` &amp; &lt;b&gt;`x`; a ` alone"
+    page = environment().from_string("{{ text }}").render(text="Run `fric tune` & <b>.")
+    assert page == "Run <code>fric tune</code> &amp; &lt;b&gt;."
+
+
 def test_numbers_of_a_page_carry_a_true_minus_and_one_decimal() -> None:
     assert micrometres(-9.13e-6) == "−9.1"
     assert micrometres(21.94e-6, sign=True) == "+21.9"

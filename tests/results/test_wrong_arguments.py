@@ -80,6 +80,9 @@ FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
     (lambda: fric.design_block("kalmann", "p.yaml"), "there is no control block 'kalmann'.*Is it kalman"),
     (lambda: fric.circle("xy-table", feed="100 mm/s"), "Is it velocity"),
     (lambda: fric.export_axis("cc", "xy-table", axis="x"), "there is no target 'cc'.*Is it c.*linuxcnc"),
+    (lambda: fric.export_axis("Siemens", "xy-table", axis="x"), "'Siemens' is not a target.*fric export sinumerik"),
+    (lambda: fric.read(pd.DataFrame(FRAME)), "a data frame is no record yet.*Log.from_frame"),
+    (lambda: fric.identify_static([pd.DataFrame(FRAME)]), "a data frame is no record yet.*Log.from_frame"),
 ])  # fmt: skip
 def test_an_argument_that_does_not_fit_is_named(call, words):
     with pytest.raises(FricError, match=f"(?s){words}"):

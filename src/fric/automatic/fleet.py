@@ -92,7 +92,7 @@ class FleetStudy:
 
     units: tuple[Unit, ...]  # Machines and dates
     output: Path  # Folder for all that is made: a folder of each machine and date, with its steps
-    mapping: str | None = None  # What the columns of foreign logs mean
+    mappings: Sequence[str] = ()  # What the columns of foreign logs mean
     run: Callable[[Step], Result | None] = Step.make  # Makes one step
     assume: bool = False  # Whether the likeliest meaning of columns is taken where they leave it open
     encoder: EncoderName = "motor"  # Whose position is identified
@@ -102,7 +102,7 @@ class FleetStudy:
         unit = self.units[index]
         try:
             mappings = self.output / unit.machine / unit.date / "mappings"
-            found = find_sources([unit.folder], self.mapping, mappings, assume=self.assume)
+            found = find_sources([unit.folder], self.mappings, mappings, assume=self.assume)
         except FricError as error:
             return UnitOutcome(unit, {}, (UNIT_FAILED.found(why=str(error)),))
         if not (found.logs or found.circles):

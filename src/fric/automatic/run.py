@@ -53,6 +53,8 @@ _AXIS = re.compile(r"\s*(\w[\w.+-]*)\s*:\s*(?=K_)")
 APART = 1.25  # Ratio of a stated K_p to the interval of the logs from which it is another
 EXACT = 1.05  # Largest ratio of the limits of K_p of a circle that no log is held against
 WITHOUT = "report without circle"  # The step that makes the page where a circle or the machine prevents it
+FRICTION = ("strokes at constant velocity", "slow sines before sliding", "a frequency response")
+"""Records that a machine is identified from."""
 MACHINES = 24  # Machines that are drawn from the intervals of what was identified
 FOUND: Mapping[str, tuple[str, ...]] = {  # Sections of each part's file that the table of results shows
     "plant": (), "controller": (), "friction": ("static", "static_negative", "gms", "at_speed")
@@ -88,13 +90,15 @@ def _named(text: str, motion: Motion = "linear") -> dict[str, str]:
     """Return the gains in a text by name; raise a `FricError` where one is missing, or has no unit."""
     given = {name: value.strip() for name, value in _GAIN.findall(text)}
     for name in (name for name in re.findall(r"(\w+)\s*=", text) if name not in GAIN_NAMES):
-        raise FricError(f"'{name}' is not a gain", hint=f"{near(name, GAIN_NAMES)}Write '{_example(motion)}'.")
+        raise FricError(
+            f"`controllers=`: '{name}' is not a gain", hint=f"{near(name, GAIN_NAMES)}Write '{_example(motion)}'."
+        )
     for name, dimension in {**GAINS, "sampling": "frequency"}.items():
         if name in given and not re.search("[a-zA-Z]", value := given[name]):
             hint = f"Write '{name}={value} {si_unit(dimension, motion)}'."
-            raise FricError(f"{name} has no unit in '{text}'", hint=hint)
+            raise FricError(f"`controllers=`: {name} has no unit in '{text}'", hint=hint)
     if lacks := " and ".join(sorted({"K_v", "K_p", "K_i"} - given.keys(), reverse=True)):
-        raise FricError(f"the controller '{text}' lacks {lacks}", hint=f"Write '{_example(motion)}'.")
+        raise FricError(f"`controllers=`: '{text}' lacks {lacks}", hint=f"Write '{_example(motion)}'.")
     return given
 
 
@@ -258,6 +262,7 @@ class AutoResult(Result, schema=AutoDocument):
             return inputs.verdict(inputs.tests[-1])
         lacks = (text for axis in self.axes.values() for text in axis.missing if not axis.whole)
         missing = tuple(text for text in lacks if text.partition(":")[0] not in steps.SPARED)
+        missing = missing if self.axes or self.failed else FRICTION  # a circle alone, whose logs were left out
         failed = next((text.partition(": ")[2] for text in self.failed if text.startswith("circle: ")), "")
         return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary, missing=missing, failed=failed))
 
@@ -333,7 +338,7 @@ def auto(
     circles: CircleFiles = (),
     controllers: Annotated[Sequence[Path | str], Kind(list[Path], "GAINS")] = (),
     tolerance: Annotated[Quantity | None, "position"] = None,
-    mapping: Annotated[str | None, Kind(metavar="MAP.yaml")] = None,
+    mapping: Annotated[Sequence[str] | str, Kind(list[str], "MAP.yaml")] = (),
     assume: bool = False,
     encoder: EncoderName = "motor",
     workers: Workers | None = None,
@@ -359,8 +364,8 @@ def auto(
         them limits them to axis x. Without, they are found among the logs: on a circle with voltage, or in closed loop;
         else fric asks for them, or designs them.
     tolerance: Allowed glitch, as "5 um". The simplest scheme that surely stays within it is chosen.
-    mapping: What the columns of foreign logs mean. By default a bundled mapping that fits, where the header does not
-        say it.
+    mapping: What the columns of foreign logs mean; repeatable, where strokes and circles have other columns. Without,
+        or where none has the columns of a file, its header says it, or a bundled mapping that fits.
     assume: Assume the likeliest meaning where headers and values of foreign logs leave it open, and report it.
     workers: Parallel processes, of a fleet or of three axes and more; by default one per core.
     scheduler: Of a fleet: a Dask scheduler, as tcp://host:8786.
@@ -372,12 +377,13 @@ def auto(
     Raises FricError: When a file is not there, or none holds a record.
     """
     folder = Path(output)
-    mapping_of(mapping)  # refused before logs are read, where its place is known
+    mappings = [mapping] if isinstance(mapping, str) else [*mapping]
+    list(map(mapping_of, mappings))  # refused before logs are read, where its place is known
     if units := find_fleet(list(map(Path, logs))):
         if machine or circles or controllers or tolerance is not None:
             what = "a fleet is identified, and takes no machine, circle, controller or tolerance"
             raise FricError(what, hint="Leave them out, or give one unit's folder.")
-        study = FleetStudy(tuple(units), folder_made(folder).resolve(), mapping, run, assume, encoder)
+        study = FleetStudy(tuple(units), folder_made(folder).resolve(), mappings, run, assume, encoder)
         return fleet(study, folder, workers, scheduler, advance)
     _refuse_among(folder, list(map(Path, logs)), scheduler)
     allowed = None if tolerance is None else bounded("tolerance", tolerance)
@@ -393,7 +399,7 @@ def auto(
         ask(question)
 
     of_columns = put if ask is not None and not isinstance(ask, Review) else ask
-    found = find_sources(map(Path, logs), mapping, folder / "mappings", assume=assume, ask=of_columns)
+    found = find_sources(map(Path, logs), mappings, folder / "mappings", assume=assume, ask=of_columns)
     tests = find_sources(map(Path, circles))
     if circles and not (tests.circles or tests.traces):
         hint = "Make a circle of its log with `fric ingest LOG.csv --kind circle -o circle.h5`."
@@ -410,9 +416,8 @@ def auto(
         raise FricError("no log has the position of the load", hint="Name its column load_position in a mapping.")
     if given is None:  # else its plant says what its input is
         steps.take_efforts(found)
-    files = len(found.traces) + len(list(steps.ingest_steps(found.logs, folder)))
     session = Session(folder, run, say, advance)
-    session.expect(files + 6 * len({log.axis for log in found.logs}) + 2 + 2 * len(found.circles))
+    session.expect(steps.expected(found, folder) + 1 + len(found.circles) + len(found.traces))
     session.may_know = len(questions) < MOST_QUESTIONS
     for trace, meaning in found.traces.items():
         traced = steps.trace_step(trace, folder, meaning)
@@ -431,7 +436,7 @@ def auto(
         return file
 
     axes = steps.identify_axes(session, found, gains, encoder, workers)
-    session.expect(2 + 2 * len(found.circles))  # steps that lack a record are not to come
+    session.expect(2 + len(found.circles))  # steps that lack a record are not to come
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, slow, given is not None)
     pages = [path for axis in axes.values() for path in axis.there]

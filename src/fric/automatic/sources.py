@@ -3,7 +3,7 @@
 import re
 import shlex
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
 from filecmp import cmp
@@ -32,7 +32,7 @@ from fric.flaws.files import (
 from fric.input import foreign, reading, regular
 from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
-from fric.io.ingest import Signs
+from fric.io.ingest import OPPOSES, Signs
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import StatedCircle, circle_plan, holds_circle, ingest_circles
 from fric.io.pairs import with_joined
@@ -131,7 +131,7 @@ class Sources:
 
 def find_sources(
     given: Iterable[Path],
-    mapping: str | None = None,
+    mappings: Sequence[str] = (),
     proposals: Path | None = None,
     *,
     assume: bool = False,
@@ -139,8 +139,8 @@ def find_sources(
 ) -> Sources:
     """Inspect files, and the files of folders.
 
-    mapping: What the columns of foreign logs mean. Where the header does not define them, the only bundled mapping that
-        fits, or a guess from their values.
+    mappings: What the columns of foreign logs mean: of each file the first that fits. Else its header says it, or the
+        only bundled mapping that fits, or, where none is given, a guess from its values.
     proposals: Folder for the mapping guessed from values; None to guess none.
     assume: Take the likeliest meaning where neither header nor values decide.
     ask: Asks a question where they do not decide; the answers become a mapping beside the logs.
@@ -149,7 +149,7 @@ def find_sources(
     found, seen, asking = Sources(), list[Record](), dict[Path, str]()
     archives = [path for path in _inside(given) if path.suffix.lower() in ARCHIVES]
     given += _unpacked(given, archives, proposals, asking)
-    joining = proposals.parent / JOINED if proposals and not mapping else None
+    joining = proposals.parent / JOINED if proposals and not mappings else None
     paths, found.description, spent = with_joined(list(_files(given)), joining, ask, assume=assume)
     letters = {path: letter for path in paths if (letter := axis_of_file(path))}
     if len(names := {*letters.values()}) == 1:
@@ -169,12 +169,16 @@ def find_sources(
         elif (
             kind is None
             and (path.suffix.lower() in endings() or _tried(lambda: len(next(tables(path)).columns) > 1))  # noqa: B023
-            and (why := _foreign(path, mapping, found, seen, assume=assume, axis=letters.get(path)))
+            and (why := _mapped(path, mappings, found, seen, assume=assume, axis=letters.get(path)))
         ):
             asking[path] = why
-    if asking and proposals and not mapping:
-        places = [path if path.is_dir() else path.parent for path in given[:1]]
-        _guessed(asking, [*places, proposals], found, seen, assume=assume, ask=ask, spent=spent)
+    if asking and proposals and not mappings:
+        places = [*(path if path.is_dir() else path.parent for path in given[:1]), proposals]
+        turned = {path: why for path, why in asking.items() if why.startswith(OPPOSES)}
+        if turned and not any("force" in log.efforts for log in found.logs):  # all count so: friction tells the sign
+            _guessed(turned, places, found, seen, assume=assume, ask=ask, spent=spent, every=True)
+            asking = {path: why for path, why in asking.items() if not why.startswith(OPPOSES)} | turned
+        _guessed(asking, places, found, seen, assume=assume, ask=ask, spent=spent)
     for path in [path for path, why in asking.items() if why == LACKS_FORCE]:
         if not (why := _read(path, "", found, seen, assume=assume)):
             del asking[path]
@@ -221,19 +225,23 @@ def _take_circles(found: Sources) -> None:
     shares = {key: _share_on_circles(*key) for key, axes in several.items() if key[1] and axes > 1}
     found.traces |= {path: of for (path, of), share in shares.items() if share}
     circles = {path for (path, _), share in shares.items() if share > ON_CIRCLES}
-    found.logs = [log for log in found.logs if log.path not in circles] or found.logs
+    found.logs = [log for log in found.logs if log.path not in circles]
 
 
 def _guessed(
     asking: dict[Path, str], places: list[Path], found: Sources, seen: list[Record], *, assume: bool, ask: Ask | None,
-    spent: int,
+    spent: int, every: bool = False,
 ) -> None:  # fmt: skip
-    """Guess the meaning of files from their values; files that need no question leave the open ones."""
+    """Guess the meaning of files from their values; files that need no question leave the open ones.
+
+    every: Whether that is also done where the header names all.
+    """
     say_step(f"recognising the columns of {len(asking)} file{'s' * (len(asking) > 1)}")
     with ExitStack() as opened:
         guess = guessed(
-            [path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None, refused=asking
-        )
+            [path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None, every=every,
+            refused=asking,
+        )  # fmt: skip
         guess = replace(guess, found=tuple(part for part in guess.found if not _of_circle(part, guess.found, found)))
         pushed = tuple(part for part in guess.found if part.kind or {"force", "input"} & part.axis.roles.keys())
         axes = Counter(path for part in guess.found for path in part.files)  # several may run on a circle
@@ -260,7 +268,7 @@ def _guessed(
             return
         sure = replace(guess, found=wanted)
         if file is None:
-            file = folder_made(places[-1]) / "mapping.yaml"
+            file = folder_made(places[-1]) / f"mapping{'-turned' * every}.yaml"
             written(file, sure.text(), force=True)
         found.description += sure.notices(str(file))
     for part in wanted:
@@ -394,6 +402,19 @@ def _excites(record: Record) -> bool | str:
     if not (moves := excites(record.time, travelled(record))) or np.ptp(even) < 0.5:
         return moves
     return f"{record.name}: {even.mean() - 1:.1%} of the samples are missing, up to {even.max() - 1:.0f} in a row"
+
+
+def _mapped(
+    path: Path, mappings: Sequence[str], found: Sources, seen: list[Record], *, assume: bool, axis: str | None
+) -> str:
+    """Read a foreign log by the first of the mappings that fits, or else by its header; return why none fits."""
+    first = ""
+    for mapping in (*mappings, None):
+        why = _foreign(path, mapping, found, seen, assume=assume, axis=axis)
+        if not why or (mapping and "there is no column" not in why):
+            return why
+        first = first or why
+    return first
 
 
 def _foreign(

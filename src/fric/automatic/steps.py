@@ -28,7 +28,7 @@ from fric.process import tried as say_step
 from fric.records.inspection import SPEEDS
 from fric.report.summary import make_report
 from fric.reproduce.step_cache import StepCache
-from fric.results.base import Advance, Result, silent
+from fric.results.base import Advance, Result
 from fric.results.circles import diagnose, tune
 from fric.results.design import design_controller, design_observer
 from fric.results.identify import identify_controller, identify_gms, identify_model, identify_plant, identify_static
@@ -77,8 +77,15 @@ class Step:
         words += _repeated("-o", self.output) + _repeated("--plot", self.plot)
         return (*(word.as_posix() if isinstance(word, Path) else str(word) for word in words), "--force")
 
-    def make(self, advance: Advance = silent) -> Result:
+    def make(self) -> Result:
         """Call the verb, write its outputs, and return its result."""
+        done, of = 0, 0
+
+        def advance(steps: int = 1, *, total: int | None = None) -> None:
+            nonlocal done, of
+            done, of = done + steps, total or of
+            say_step(f"{self.name}{f', {done / of:.0%}' if of else ''}")
+
         with commanded("fric", *self.words), together(*self.leaves) as made:
             result = VERBS[self.command](self, advance)
             if self.output is not None and self.command != "ingest":  # which writes as it reads
@@ -209,7 +216,7 @@ class Session(Journal):
     folder: Where all files go. Beside the files of each step it is recorded what they were made from.
     run: Makes one step; raises a `FricError` where it fails.
     say: Receives the outcome of each step in a line.
-    done: Called after each step, and with the steps that fall away and the ``total`` of all.
+    done: Called after each step, and with the ``total`` of all where that changes.
     """
 
     def __init__(
@@ -224,7 +231,6 @@ class Session(Journal):
         before = folder / "steps.log"  # what steps printed that are up to date now
         printed = before.read_text("utf-8", "replace").split("\n$ ") if before.is_file() else []
         self.printed = dict(part.removeprefix("$ ").partition("\n")[::2] for part in printed)
-        self.fallen = self.total = 0
         self.last: Result | None = None  # What the last step made, where it was run
         self.may_know = True  # Whether the user was not asked for gains yet, or knew them
 
@@ -271,11 +277,8 @@ class Session(Journal):
         return True
 
     def expect(self, steps: int) -> None:
-        """Say how many steps are to come; those that were expected before and fall away count as done."""
-        counted = self.steps + self.fallen
-        self.total = max(self.total, counted + steps)
-        self.fallen += (gone := self.total - counted - steps)
-        self.done(gone, total=self.total)
+        """Say how many steps are to come."""
+        self.done(0, total=self.steps + steps)
 
     def _tell(self, step: Step, command: str, brief: str, whole: str, lasted: str = "") -> None:
         self.log += [f"$ {command}", as_options(whole or brief), ""]
@@ -482,6 +485,14 @@ class AxisSteps(NamedTuple):
     def shaken(self) -> tuple[Path, ...]:
         """The records that give the plant, of the first step."""
         return self.steps[0].given if self.steps and self.steps[0].command == "identify plant" else ()
+
+
+def expected(found: Sources, folder: Path) -> int:
+    """Return how many steps read the files, identify their axes and simulate the circle, if none falls away."""
+    by_axis = [[log for log in found.logs if log.axis == axis] for axis in {log.axis for log in found.logs}]
+    of_axes = sum(len(axis_steps(of_axis, folder, lean=True).steps) + 1 for of_axis in by_axis)  # and its gains
+    observed = sum(any("frequency-response" in log.kinds and log.driven for log in of_axis) for of_axis in by_axis)
+    return len(found.traces) + len(list(ingest_steps(found.logs, folder))) + of_axes + observed + bool(by_axis)
 
 
 def axis_steps(

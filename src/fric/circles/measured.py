@@ -185,7 +185,7 @@ class MeasuredCircle(FromFile):
             both = {"reference": trace.reference, "voltage": trace.input}
             missing = " and ".join(text for text, values in both.items() if values is None)
             where, hint = f"{self.where}, axis {name}", "Record it beside the position."
-            raise FricError(f"no {missing} was recorded, which {what} needs", where=where, hint=hint)
+            raise FricError(f"no {missing} was read, which {what} needs", where=where, hint=hint)
         return trace.time, trace.reference, trace.position, trace.input
 
     def driven(self, name: str, what: str) -> tuple[Real, Real, Real, Real, float]:

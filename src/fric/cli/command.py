@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, reduce
 from importlib import import_module
 from inspect import Parameter, Signature
+from itertools import chain
 from os import path
 from pathlib import Path
 from types import NoneType
@@ -398,7 +399,12 @@ def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> t
             return [key for rows in listed(homes, name, str).values() for key, _ in rows]
 
         def get_command(self, ctx: Any, cmd_name: str) -> Any:
-            return made(cmd_name) if cmd_name in homes else None
+            if cmd_name not in homes:
+                return None
+            command = made(cmd_name)
+            rows = listed({cmd_name: None}, name, lambda _: command.help)  # in the words of the list of commands
+            ((_, command.short_help),) = chain(*rows.values())
+            return command
 
         def resolve_command(self, ctx: Any, args: list[str]) -> Any:
             if args[0] not in homes and not args[0].startswith("-"):

@@ -179,30 +179,38 @@ def progress(description: str) -> Iterator[Any]:
             ended.callback(over.set)
             yield tell
         return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    import logging
+
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     columns = (
-        SpinnerColumn("line"), TextColumn("{task.description}"), BarColumn(20), MofNCompleteColumn(),
+        SpinnerColumn("line"), TextColumn("{task.description}"), BarColumn(20), TextColumn("{task.fields[counted]}"),
         TimeElapsedColumn(), TextColumn("{task.fields[within]}"),
     )  # fmt: skip
     with Progress(*columns, console=ERR.console, transient=True) as bar:
-        task, step, trials = bar.add_task(description, total=None, within=""), "", count(1)
+        task, step, trials = bar.add_task(description, total=None, within="", counted=""), "", count(1)
 
         def listen(begun: str) -> None:
             nonlocal step, trials
             step, trials = (f"{begun} ", count(1)) if begun else (step, trials)
-            bar.update(task, within=step if begun else f"{step}run {next(trials)}")
+            bar.update(task, within=step if begun or step.endswith("% ") else f"{step}trial {next(trials)}")
 
         def advance(steps: int = 1, *, total: int | None = None) -> None:
-            bar.update(task, total=total)
-            bar.advance(task, steps)
+            bar.update(task, total=total, advance=steps)
+            if whole := bar.tasks[task].total:
+                bar.update(task, counted=f"{bar.tasks[task].completed:.0f}/{whole:.0f}")
 
+        compiling, kernels = logging.Handler(), logging.getLogger("fric.kernels")
+        compiling.emit = lambda _: bar.update(task, within="compiling, in the first run alone")  # type: ignore[method-assign, assignment]
+        kernels.addHandler(compiling)
+        kernels.setLevel(logging.INFO)
         _BARS.append(bar)
         try:
             with heard(listen):
                 yield advance
         finally:
             _BARS.remove(bar)
+            kernels.removeHandler(compiling)
 
 
 _BARS: list[Any] = []  # Progress bars that are drawn

@@ -27,8 +27,8 @@ LEVEL_DIFFERS = Flaw("level-differs", "doubt",
     "Pre-sliding friction is {level:.3f} times the map's F_s: its shape is used, at the map's level.",
     "Record both on one day; check the unit of the force.", widens={"B": 0.03}, circle_settles=True)
 LEVEL_OF_ANOTHER = Flaw("level-of-another", "wrong",
-    "Pre-sliding friction is {level:.3f} times the map's F_s: are the records of two machines?",
-    "Record both of one machine on one day; check the unit of the force.")
+    "Pre-sliding friction is {level:.3f} times the map's F_s: are they of two machines, or did it warm?",
+    "Record both of one machine in one state, warmed up; check the unit of the force.")
 LOST_MOTION = Flaw("lost-motion", lambda f: "wrong" if f.share > LARGE else "doubt",
     "After a reversal the force is flat for {slip:2}, {hollow:2} too low: backlash from drive to encoder.",
     "Remove the backlash, or measure at the table.")

@@ -34,7 +34,7 @@ TABLE_UNSEEN = Flaw("table-unseen", "doubt",
 CIRCLE_CANNOT_RUN = Flaw("circle-cannot-run", "wrong", "The identified machine cannot run this circle: {why}.",
     disagrees=True)
 COMPLETED_DISAGREES = Flaw("completed-disagrees", "wrong",
-    "The fitted machine does not reproduce its circle ({glitches}).",
+    "Completed by this circle, the machine does not reproduce it ({glitches}).",
     "Was a compensation on, a gain changed, velocity or acceleration not fed forward? State it with the gains.",
     disagrees=True)
 DELAY_DIFFERS = Flaw("delay-differs", "wrong",

@@ -23,6 +23,9 @@ BELIEF_IS_TRUTH = Flaw("belief-is-truth", "doubt",
 ONE_MACHINE = Flaw("one-machine", "doubt", "One machine was simulated: how far the glitch scatters is not known.")
 FEW_MACHINES = Flaw("few-machines", "doubt", "Machines drawn: {machines}. 95 % of so few is a guess.")
 MEASURED_BEYOND = Flaw("measured-beyond", "wrong", "With {scheme} switched on, the measured circle shows {seen:2}.")
+GLITCH_OPEN = Flaw("glitch-open", "doubt",
+    "The glitch without compensation is {glitch:2}, or up to {most:2}: the records leave it open.",
+    "Record what is missing for the axis.")
 LIMIT_CYCLE = Flaw("limit-cycle", "wrong",
     "The loop swings by {size:2} away from reversals{machines:, on {machines} of {drawn} machines|}: a limit cycle.")
 CANNOT_RUN = Flaw("cannot-run", "wrong", "It cannot run on {share:.0%} of the varied machines.",

@@ -204,6 +204,7 @@ def _weighed(values: Real) -> Real:
     return np.array([values.sum(), np.abs(values).sum()])
 
 
+OPPOSES = "the force opposes the motion throughout: by these signs friction drives the axis"
 PLAIN = "Write the numbers without a mark between thousands, or other marks."
 GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")  # A number with a mark of a fraction, or between thousands
 
@@ -406,9 +407,7 @@ class IngestSession:
     def check_signs(self) -> None:
         """Refuse logs in which friction would drive the axis, unless the signs are stated."""
         if (against := self._signs.against()) and against not in self._stated:
-            what = "velocity and position run against each other" if against == "velocity" else (
-                "the force opposes the motion throughout: by these signs friction drives the axis"
-            )  # fmt: skip
+            what = "velocity and position run against each other" if against == "velocity" else OPPOSES
             raise FricError(
                 what, where=self.records[0].source if len(self.records) == 1 else f"{len(self.records)} records",
                 hint=f"Say `sign: -1` for the {against} in the mapping; or `sign: 1`, if it is meant so.",

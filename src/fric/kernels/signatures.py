@@ -4,6 +4,7 @@ A step is compiled with this explicit signature and handed to the loops as a fir
 compiled once for all models, starts warm from the cache in a new process, and sees an edit of a model.
 """
 
+import logging
 import os
 from collections.abc import Callable
 from functools import cache
@@ -32,6 +33,8 @@ Function = TypeVar("Function", bound=Callable[..., object])
 
 _HERE = {entry.path for entry in os.scandir(os.path.dirname(__file__)) if entry.name.endswith(".py")}
 """The files of this room: a number that a function takes from one of them, as the place of a signal, is compiled in."""
+
+_LOG = logging.getLogger("fric.kernels")
 
 
 def _sources(function: FunctionType) -> set[str]:
@@ -105,6 +108,7 @@ def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Funct
             stats = [(path, os.stat(path)) for path in sorted(_sources(dispatcher.py_func)) if os.path.exists(path)]
             dispatcher._cache._cache_file._source_stamp = [(path, s.st_mtime_ns, s.st_size) for path, s in stats]
         if not _load(dispatcher, signature):
+            _LOG.info("compiling %s", function.__name__)
             dispatcher.compile(signature)
         dispatcher.disable_compile()
         return dispatcher

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 import fric
 from fric.circles.tune import wrong_shape
@@ -96,7 +96,8 @@ def measured_view(measured: Measured, key: str, tolerance: float | None) -> dict
     caption = "Left: deviation of the radius. Right: the glitch over the time after each reversal."
     caption += " Solid: measured; dashed: predicted." if held else ""
     title = f"ircle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
-    said = f"{measured.source}, c{title}: measured glitch {readable(glitch, 'm', 3)}"
+    of = " and ".join(test.names).upper()
+    said = f"{measured.source}, c{title}: measured glitch of {of} at most {readable(glitch, 'm', 3)}"
     if tolerance is not None:
         said += ", within the tolerance" if glitch <= tolerance else ", beyond the tolerance"
     if held:
@@ -476,7 +477,11 @@ def environment() -> Environment:
 def _shown(value: Any) -> Any:
     if isinstance(value, Markup):
         return Markup(clean(value))
-    return clean(as_options(value)) if isinstance(value, str) else value
+    if not isinstance(value, str):
+        return value
+    parts = clean(as_options(value)).split("`")  # what is between two of them is code
+    code = (Markup("<code>{}</code>").format(part) if n % 2 else escape(part) for n, part in enumerate(parts))
+    return Markup().join(code) if len(parts) > 2 and len(parts) % 2 else "`".join(parts)
 
 
 def micrometres(length: float | None, *, sign: bool = False) -> str:

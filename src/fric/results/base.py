@@ -417,6 +417,9 @@ def _flat(given: Iterable[Any], depth: int = 3) -> Iterable[Record]:
             from fric.io.hdf5 import read_records  # with HDF5, which simulations need not
 
             yield from read_records(Path(record))
+        elif hasattr(record, "columns") and hasattr(record, "dtypes"):
+            hint = "`fric.Log.from_frame(frame)` makes one of columns as 'time [s]', 'position [mm]' and 'force [N]'."
+            raise FricError("a data frame is no record yet", hint=hint)
         elif depth and holds:
             yield from _flat(record, depth - 1)  # a list may hold itself
         else:

@@ -309,12 +309,21 @@ def _recommended(folder: Path) -> Scheme | None:
     return None if chosen is None or chosen.scheme.bare else chosen.scheme
 
 
+MAKERS = {
+    "siemens": "sinumerik", "840d": "sinumerik", "beckhoff": "twincat", "codesys": "st", "plc": "st",
+    "simulink": "fmi", "matlab": "mat", "excel": "xlsx",
+}  # fmt: skip
+"""Targets of controllers and programs whose name somebody may give."""
+
+
 def one_target(name: str, part: str, *, single: bool) -> Target:
     """Return the target that exports such a part with such options."""
     known = targets()
     if name.endswith((".yaml", ".yml")):
         raise FricError(f"'{name}' is not a target", hint=f"The target comes first: `fric export linuxcnc {name}`.")
-    require_known(name, known, "there is no target")
+    require_known(MAKERS.get(name.casefold(), name), known, "there is no target")
+    if made := MAKERS.get(name.casefold()):
+        raise FricError(f"'{name}' is not a target", hint=f"For its controllers: `fric export {made}`.")
     target = known[name]
     if part not in target.parts:
         able = [target.name for target in known.values() if part in target.parts]

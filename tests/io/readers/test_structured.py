@@ -86,7 +86,7 @@ def test_runs_are_records_and_settings_beside_logs_are_none(tmp_path):
     (folder / "settings.json").write_text(json.dumps({"drive": {"kp": 12.5, "limits": [1, 2]}, "name": "x"}))
     (folder / "page.html").write_text("<html><p>1, 2, 3, 4</p><p>2</p><p>3</p></html>")
     assert len(list(tables(folder / "runs.json"))) == 2
-    found = find_sources([folder], None, tmp_path / "out/mappings", assume=True)
+    found = find_sources([folder], (), tmp_path / "out/mappings", assume=True)
     assert [log.path.name for log in found.logs] == ["runs.json"]
     assert not found.refused
 

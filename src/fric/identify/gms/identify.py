@@ -351,9 +351,15 @@ def _refined(
     C = assumed_C(maps[0], records[0].log.motion)
     fit = fitted() if with_C else fitted(C=C)
     low, high = fit.estimates["gms"]["C"].ci95 or (0.0, 0.0)
-    if with_C and not (low and high and np.log(np.divide(high, low)) < 2.0 * UNDETERMINED):
+    bounded = bool(low and high and np.log(np.divide(high, low)) < 2.0 * UNDETERMINED)
+    if with_C and not (bounded and _of_one(float(fit.level))):
         fit = fitted(C=C)
     return fit
+
+
+def _of_one(level: float) -> bool:
+    """Return whether pre-sliding friction is that of the map, as far as machines change within a day."""
+    return 1.0 / OTHER < level < OTHER
 
 
 def _blocks(
@@ -437,6 +443,7 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
             "pre-sliding records do not determine it": not sliding_logged,
             "no static map is given": not fit.static_given,
             "the fit was not refined by replay": not fit.refined,
+            "the sines show another level of friction than the strokes": not _of_one(float(fit.alpha_sum)),
             "the sliding record leaves it open by more than a factor of ten (is the plant that of the log?)": True,
         }
         why = next(reason for reason, applies in reasons.items() if applies)
@@ -445,7 +452,7 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
     elif not plant_given:
         yield flaws.C_WITHOUT_PLANT.found()
     if fit.curve.saturates and abs(float(fit.alpha_sum) - 1.0) > LEVEL:
-        flaw = flaws.LEVEL_DIFFERS if 1 / OTHER < float(fit.alpha_sum) < OTHER else flaws.LEVEL_OF_ANOTHER
+        flaw = flaws.LEVEL_DIFFERS if _of_one(float(fit.alpha_sum)) else flaws.LEVEL_OF_ANOTHER
         yield flaw.found(level=float(fit.alpha_sum))
     if abs(fit.curve.mismatch) > LEVEL * F_s + fit.curve.mismatch_half:
         flaw = REST_RAISES_FRICTION if fit.curve.mismatch > 0 else FRICTION_DIFFERS

@@ -257,12 +257,16 @@ _SLASHED = re.compile(r"([^/\s]+)/([a-zA-Zµ°%]{2,}(?:/[a-zA-Z]+)?)|([^/\s]*\w_
 """A name and its unit, as ``X_ist/mm``; a single letter, as of ``arm/A``, is a unit behind ``F_mot/`` alone."""
 
 
+_PER = re.compile("[munk]?m|m?rad|deg|revs?|N|A|V|Nm|counts?")  # Not the s of velocity_rad_s is its unit
+
+
 def _with_suffixes(columns: Sequence[Column]) -> tuple[Column, ...]:
     """Return columns whose names end in a unit, as ``x_m``, with that unit, where two others' do unmistakably."""
     sure = sum(column.unit is not None and column.name.endswith(f"_{column.unit}") for column in columns)
     if sure < 2:
         return tuple(columns)
-    ends = {n: c.name.partition("_")[2] for n, c in enumerate(columns) if c.unit is None}  # not velocity_rad_s
+    parts = {n: c.name.rpartition("_") for n, c in enumerate(columns) if c.unit is None}
+    ends = {n: end for n, (of, _, end) in parts.items() if not _PER.fullmatch(of.rpartition("_")[2])}
     return tuple(c._replace(unit=ends[n]) if ends.get(n) in {*"mAsNV"} else c for n, c in enumerate(columns))
 
 

@@ -7,7 +7,7 @@ import struct
 import sys
 import zlib
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,7 +20,7 @@ import numpy as np
 from fric.documents.mapping import Layout
 from fric.errors import FricError, printable
 from fric.io.readers.base import OF_SEVERAL, RECORD, Column, ForeignTable, Format, Memory, named, whole_stamps
-from fric.io.readers.text import OF_UNITS
+from fric.io.readers.text import OF_UNITS, remarked
 from fric.io.safe_hdf5 import members, open_file, text
 from fric.io.words import axis_of, spoken
 from fric.process import run_python
@@ -233,12 +233,13 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
     axes |= {name: axis for name, texts in said_of.items() if name and (axis := axis_of(*texts))}
     axes = axes if len({*axes.values()}) > 1 and len(axes) == len(records) else {}
     for name, fields in records.items():
-        titles = tuple(map(named, fields))
+        titles: Sequence[Column] = [*map(named, fields)]
         said = {"name": f"{path.stem}-{name}", RECORD: name} if len(records) > 1 else {}
         said |= {"axis": axes[name], OF_SEVERAL: " ".join(dict.fromkeys(axes.values()))} if axes else {}
         own = {key.removeprefix(f"{name}."): text for key, text in constants.items() if key.startswith(f"{name}.")}
         others = tuple(f"{other}." for other in records if other != name)
         shared = {key: text for key, text in constants.items() if not key.startswith(others)}
+        titles = remarked(titles, [f"# {text}" for text in (own | shared).values()], ())
         yield Memory(path, titles, list(fields.values()), own | shared, said)
 
 

@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
 from itertools import chain, islice, pairwise, repeat
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
@@ -23,7 +24,7 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError, printable
 from fric.flaws.files import LINE_CUT
 from fric.input import foreign, other_kind
-from fric.io.readers.base import RECORD, Column, ForeignTable, Format, Memory, RowBlock, named, whole_stamps
+from fric.io.readers.base import RECORD, Column, ForeignTable, Format, Memory, RowBlock, named, number, whole_stamps
 from fric.io.readers.joined import GAP
 from fric.io.words import fits, in_counts, spoken
 from fric.units import is_unit
@@ -45,6 +46,7 @@ _KANJI = re.compile(rb"[\x81-\x9f][\x40-\xfc]")
 """Pairs of bytes of Japanese text, whose first are control characters in Latin-1."""
 _SPACED = re.compile(r'"[^"]*"|[^\s\[(]\S*(?:\s*\[[^\]]*\]|\s*\([^)]*\))?|\S+')
 """A cell between spaces; a unit in brackets belongs to the name before it."""
+_DATA = re.compile(rb"""\s*["']?[-+.,]?\d""")  # Begins a line of samples
 _NUMBER_OF = re.compile(r"(?i)(\b|_)(id|joint|motor|axis|node|servo|channel|achse|gelenk)(\b|_|$)")
 """The name of a column that says of which motor a row is."""
 _NUMBERED = re.compile(r"[#%\s]*((?:[A-Za-z][A-Za-z _]*?)?)[ _]?(\d{1,3})\s*[=:]\s*(\S.*)")
@@ -174,8 +176,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     columns = _in_units(columns, lines[: first if names is None else names], about, delimiter)
     by_column = zip(*(row.cells[:width] for row in rows[first - start :] if len(row.cells) >= width), strict=True)
     counted = {n for n, of in enumerate(by_column) if all(re.fullmatch(r"[-+]?\d+", cell) for cell in of)}
-    said = _remarked(columns, lines[:first], counted)
-    columns = [Column(*both) for both in zip([c.name for c in columns], said, strict=True)]
+    columns = remarked(columns, lines[:first], counted)
     titles = [named(about.get(column.name, "")) for column in columns]  # as in ``CH1: Feedback Position [PUU]``
     if sum(spoken(title).quantity is not None for title in titles) > 1:
         columns = [Column(title.name or c.name, c.unit or title.unit) for title, c in zip(titles, columns, strict=True)]
@@ -198,8 +199,8 @@ def _in_units(columns: list[Column], above: Sequence[str], about: dict[str, str]
     return columns
 
 
-def _remarked(columns: Sequence[Column], lines: Sequence[str], whole: Collection[int]) -> list[str | None]:
-    """Return units of columns, also those that comments give by their names: ``# 1 count = 0.1 um, dac: V``.
+def remarked(columns: Sequence[Column], lines: Sequence[str], whole: Collection[int]) -> list[Column]:
+    """Return columns with their units, also those that comments give by their names: ``# 1 count = 0.1 um, dac: V``.
 
     whole: The columns of whole numbers, which a position without unit has in counts.
     """
@@ -214,7 +215,8 @@ def _remarked(columns: Sequence[Column], lines: Sequence[str], whole: Collection
         if each and not c.unit and (in_counts(c) or (n in whole and spoken(c).quantity == "position"))
     }  # fmt: skip
     own = (units.get(c.name.casefold(), each if n in counted else None) for n, c in enumerate(columns))
-    return [c.unit or (unit if unit and fits(c, unit) else None) for c, unit in zip(columns, own, strict=True)]
+    both = zip(columns, own, strict=True)
+    return [Column(c.name, c.unit or (unit if unit and fits(c, unit) else None)) for c, unit in both]
 
 
 def _unnamed(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -429,6 +431,9 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         yield packed
         return
     table = TextTable(path, layout)
+    if not zipped and layout == Layout() and (blocks := _of_blocks(table, layout)):
+        yield from blocks
+        return
     lines = head.decode(table.shape.encoding, "replace").splitlines()[table.shape.first : -1]
     rows = [split(line, table.shape.delimiter) for line in lines]
     labels = _in_turns(rows[:200], table.shape)
@@ -441,6 +446,44 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
 
 MOST_HELD = 1 << 28  # Size of a file that is held in memory for its records [byte]
 JUMP = 10.0  # Least jump of a clock between two records, over a step of either
+
+
+def _of_blocks(table: "TextTable", layout: Layout) -> Sequence[ForeignTable]:
+    """Return a table for each block of a text that repeats its header, where a column begins again below each.
+
+    A block of other columns, as of a circle, is a table besides. Its name is what only it says above its header.
+    """
+    shape, path = table.shape, table.path
+    if not 0 < path.stat().st_size <= MOST_HELD or not shape.first or shape.encoding.startswith("utf-16"):
+        return []
+    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as whole:
+        for _ in range(shape.first - 1):
+            whole.readline()
+        header = whole.readline()
+        if not re.search(rb"[^\W\d]", header) or whole.find(b"\n" + header, whole.tell()) < 0:
+            return []
+        whole.seek(0)
+        lines = whole.read().splitlines(keepends=True)
+    of_data = [_DATA.match(line) is not None for line in lines]
+    begins = [n for n in range(1, len(lines)) if of_data[n - 1] and not of_data[n]]
+    blocks = list[TextTable]()
+    for first, last in pairwise([0, *begins, len(lines)]):
+        if not any(of_data[first:last]):
+            continue
+        part = b"".join(lines[first:last])
+        found = shape_of(part[:LOOK], layout, whole=len(part) < LOOK)
+        if all(column.name.startswith("column ") for column in found.columns):  # a remark among the samples
+            return []
+        blocks.append(TextTable(path, layout, found, (first, part)))
+    ends = [block.ends() for block in blocks if block.columns == table.columns]
+    falls = [{n for n in range(len(table.columns)) if new[0][n] < old[1][n]} for old, new in pairwise(ends)]
+    if not falls or not set.intersection(*falls):
+        return []
+    said = [block.shape.preamble for block in blocks]
+    key = next((key for key in said[0] if len({about.get(key) for about in said}) == len(said)), "")
+    for n, (block, about) in enumerate(zip(blocks, said, strict=True), 1):
+        block.said |= {"name": about.get(key) or f"block {n}", RECORD: str(n)}
+    return blocks
 
 
 def _of_ids(table: "TextTable", rows: Sequence[Sequence[str]]) -> Sequence[ForeignTable]:
@@ -632,11 +675,16 @@ class _Piece:
 
 
 class TextTable(ForeignTable):
-    """The table of a text log, which is written as ``shape``; by default as its beginning shows."""
+    """The table of a text log, which is written as ``shape``; by default as its beginning shows.
 
-    def __init__(self, path: Path, layout: Layout, shape: Shape | None = None) -> None:
+    part: A block of the text that it is of, behind the number of lines above the block.
+    """
+
+    def __init__(
+        self, path: Path, layout: Layout, shape: Shape | None = None, part: tuple[int, bytes] | None = None
+    ) -> None:
         head, self._zipped = beginning(path)
-        self.shape = shape or shaped(path, head, layout)
+        self.shape, self._part = shape or shaped(path, head, layout), part
         super().__init__(path, self.shape.columns, self.shape.preamble)
         self._comment, self._ragged = layout.comment, False
 
@@ -677,7 +725,7 @@ class TextTable(ForeignTable):
         """Cut the data into pieces of whole lines, in an encoding in which a digit is a byte."""
         wide, held, last = "\0".encode(self.shape.encoding) != b"\0", b"", b""
         try:
-            with _opened(self.path, self._zipped, self.shape.encoding if wide else None) as file:
+            with self._opened(self.shape.encoding if wide else None) as file:
                 for _ in range(self.shape.first):
                     file.readline()
                 read_so_far = 0
@@ -800,12 +848,25 @@ class TextTable(ForeignTable):
     def _rows(self) -> Iterator[tuple[int, str]]:
         """Give the number (from 1) and the text of every line of data, passing over what pandas passes over."""
         blank = " \r\n" if self.shape.delimiter == "\t" else " \t\r\n"
-        with _opened(self.path, self._zipped, self.shape.encoding) as file:
+        above = self._part[0] if self._part else 0
+        with self._opened(self.shape.encoding) as file:
             for number, line in enumerate(file, 1):
                 content = line.partition(self._comment)[0] if self._comment else line
                 plain = content.strip(blank) and content[0] != "#" and not _WORDS.match(content.encode())
                 if plain and number > self.shape.first:
-                    yield number, content
+                    yield number + above, content
+
+    def ends(self) -> list[list[float]]:
+        """Return the first and the last row, NaN where a cell is no number."""
+        rows = (split(line, self.shape.delimiter) for _, line in (next(self._rows()), *deque(self._rows(), 1)))
+        width, decimal = len(self.columns), self.shape.decimal
+        return [[number(cell.replace(decimal, ".")) for cell in [*row, *[""] * width][:width]] for row in rows]
+
+    def _opened(self, encoding: str | None) -> IO[Any]:
+        if self._part is None:
+            return _opened(self.path, self._zipped, encoding)
+        part = io.BytesIO(self._part[1])
+        return io.TextIOWrapper(part, encoding, "replace") if encoding else part
 
 
 def as_numbers(column: "pd.Series[Any]", decimal: str, unit: str | None = None) -> Real:
