@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from datetime import date
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
@@ -65,17 +66,22 @@ def warm(request: pytest.FixtureRequest) -> Iterator[dict[str, str]]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def alone() -> Iterator[None]:
+def alone(request: pytest.FixtureRequest) -> Iterator[None]:
     """Give a study one process where a test asks for no more: the tests have the cores, and another starts cold.
 
-    No command says how far it is, however long it takes on a busy machine.
+    No command says how far it is, however long it takes on a busy machine. The process that opens a MATLAB file is the
+    warm one where there is one; tests/hostile/test_apart.py starts the cold one.
     """
     from fric.cli import console
+    from fric.io.readers import matlab
     from fric.simulate import processes
+    from tests.warm import run_python
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(processes, "default_workers", lambda: 1)
         patch.setattr(console, "EVERY", 1e6)
+        if path := getattr(request.config, "workerinput", {}).get("fric_path"):
+            patch.setattr(matlab, "run_python", partial(run_python, path))
         yield
 
 

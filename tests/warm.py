@@ -24,7 +24,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
-LATE = ("rich.console", "rich.table", "pint", "scipy.signal", "matplotlib.backends.backend_agg", "pytest")
+LATE = ("scipy.io", "rich.console", "rich.table", "pint", "scipy.signal", "matplotlib.backends.backend_agg", "pytest")
 """What commands import where they need it, as most do; and what runs tests of a new file."""
 
 UNDRAWN = "FRIC_UNDRAWN"
@@ -79,6 +79,12 @@ def on_path(folder: Path, environment: dict[str, str]) -> Iterator[dict[str, str
         server.wait()
 
 
+def run_python(path: str, code: str, *words: str) -> subprocess.CompletedProcess[bytes]:
+    """Run code as `fric.process.run_python` does, by the warm process that comes first on a PATH."""
+    command = [f"{path.partition(os.pathsep)[0]}/python", "-c", code, *words]
+    return subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+
+
 def serve(address: str) -> None:
     """Listen; return, with the words of a command, in the child that is to run it."""
     with socket.socket(socket.AF_UNIX) as listening:
@@ -113,7 +119,9 @@ def serve(address: str) -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         errors = "backslashreplace" if name == "stderr" else "strict"
         number = ("stdin", "stdout", "stderr").index(name)
-        setattr(sys, name, open(number, mode, encoding="utf-8", errors=errors, closefd=False))  # noqa: SIM115
+        stream = open(number, mode, encoding="utf-8", errors=errors, closefd=False)  # noqa: SIM115
+        setattr(sys, name, stream)
+        setattr(sys, f"__{name}__", stream)
     sys.argv[:] = words
     here = sys.modules["__main__"]
     here.__spec__ = here.__package__ = here.__file__ = None  # nor is a usage line, or a worker, to know of this file
@@ -147,8 +155,9 @@ def main() -> None:
     serve(sys.argv[1])
     with undrawn() if os.environ.pop(UNDRAWN, "") else nullcontext():
         status = _run()
-    sys.stdout.flush()
-    sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr, sys.__stdout__, sys.__stderr__):
+        assert stream is not None
+        stream.flush()
     atexit._run_exitfuncs()
     os._exit(status)  # to take all modules down takes longer than most commands
 

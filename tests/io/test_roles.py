@@ -24,7 +24,6 @@ from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
 from fric.io.words import Spoken, spoken, tags, usual_units
 from fric.output import written
-from fric.process import run_python
 from fric.units import rotates
 from tests.chance import fewest
 from tests.io.judge import judged
@@ -805,8 +804,9 @@ def test_each_mat_file_of_a_folder_is_read_once_until_it_changes(tmp_path, monke
 
     def counted(*words):
         started.append(words[1])
-        return run_python(*words)
+        return run(*words)
 
+    run = matlab.run_python
     monkeypatch.setattr(matlab, "run_python", counted)
     time = np.arange(400) / 100.0
     for n in range(4):
