@@ -28,6 +28,7 @@ if hasattr(providers, "_get_local_constants"):  # examples from the modules that
 
 FIRST = {"test_docs.py", "test_mutation.py"}
 """Files with the longest single tests: at the end of a session one of them would run alone, on one core of several."""
+DATA = Path(__file__).parents[1] / "data"
 NOT_TODAY = "another day's turn; run `make test-long`, or choose them by -m"
 
 
@@ -83,6 +84,22 @@ def alone(request: pytest.FixtureRequest) -> Iterator[None]:
         if path := getattr(request.config, "workerinput", {}).get("fric_path"):
             patch.setattr(matlab, "run_python", partial(run_python, path))
         yield
+
+
+@pytest.fixture(scope="session")
+def rig_plant() -> Any:
+    """Return the plant that is identified from the bundled response: a result, which no test changes."""
+    import fric
+
+    return fric.identify_plant(DATA / "frequency-response.h5")
+
+
+@pytest.fixture(scope="session")
+def rig_static(rig_plant: Any) -> Any:
+    """Return the static map that is identified from the bundled strokes, with the plant."""
+    import fric
+
+    return fric.identify_static(fric.read(DATA / "constant-velocity.h5"), plant=rig_plant)
 
 
 STATES: dict[str, Any] = {}

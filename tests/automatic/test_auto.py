@@ -1012,14 +1012,13 @@ def test_strokes_that_are_refused_by_their_sign_are_named_where_their_map_is_mis
     assert "see below" not in lacking([])[0]
 
 
-def test_an_axis_whose_friction_is_known_at_one_speed_is_no_machine(tmp_path):
+def test_an_axis_whose_friction_is_known_at_one_speed_is_no_machine(rig_plant, rig_static, tmp_path):
     """A machine file without a friction model was written, and the run ended with its error."""
     log = fric.read(DATA / "constant-velocity.h5")[9]
-    plant = fric.identify_plant(DATA / "frequency-response.h5")
-    plant.save(tmp_path / "plant.yaml")
+    rig_plant.save(tmp_path / "plant.yaml")
     files = {"plant": tmp_path / "plant.yaml"}
-    for name, records in (("one.yaml", [log]), ("map.yaml", DATA / "constant-velocity.h5")):
-        fric.identify_static(records).save(tmp_path / name)
+    for name, found in (("one.yaml", fric.identify_static(log)), ("map.yaml", rig_static)):
+        found.save(tmp_path / name)
         outcome = AxisOutcome("linear", files=files | {"friction": tmp_path / name})
         assert outcome.whole == (name == "map.yaml")
 

@@ -843,12 +843,11 @@ def test_an_object_explains_its_arguments_though_its_class_was_not_named() -> No
     assert b"Plant.held takes T as a number" in found.stdout, found.stderr
 
 
-def test_an_argument_that_says_nothing_is_refused(tmp_path: Path) -> None:
+def test_an_argument_that_says_nothing_is_refused(rig_plant: fric.PlantResult) -> None:
     """Any text was taken: a name of a record without a log, schemes without a machine, a gain of another file."""
-    plant = fric.identify_plant("data/frequency-response.h5")
     calls: dict[str, Callable[[], Any]] = {
-        "record": lambda: fric.design_block("kalman", plant, record="q"),
-        "`record": lambda: fric.design_observer(plant, record="q"),
+        "record": lambda: fric.design_block("kalman", rig_plant, record="q"),
+        "`record": lambda: fric.design_observer(rig_plant, record="q"),
         "known": lambda: fric.diagnose("data/circle.h5", known="q.yaml"),
         "position_gain": lambda: fric.identify_controller("data/circle.h5", position_gain="3 furlong"),
         "before": lambda: fric.learn("virtual-rig", rounds=2, before="q.h5"),

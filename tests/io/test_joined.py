@@ -179,9 +179,9 @@ def test_intervals_of_a_table_hold_the_truth() -> None:
 
 
 def test_tables_and_strokes_make_one_map() -> None:
-    strokes = fric.read("data/constant-velocity.h5")
+    strokes = fric.read("data/constant-velocity.h5")[::2]
     whole = fric.identify_static(strokes, over_position="off")  # a table tells no places
-    slow, fast = strokes[:9], strokes[9:]  # speeds rise from record to record
+    slow, fast = strokes[:5], strokes[5:]  # speeds rise from record to record
     points = fric.identify_static(*fast, form="coulomb", over_position="off").fit.points
     table = ForceVelocity(
         np.array([p.velocity for p in points]), np.array([p.force for p in points]),

@@ -141,10 +141,9 @@ def test_an_axis_that_is_not_there_is_none(files: SimpleNamespace) -> None:
         collect([files.folder / "none.yaml"])
 
 
-def test_the_points_are_those_that_the_map_was_fitted_to(tmp_path: Path) -> None:
+def test_the_points_are_those_that_the_map_was_fitted_to(rig_static: fric.StaticResult, tmp_path: Path) -> None:
     """They were the raw means of the strokes, and `--plot` had those without what comes again at the same places."""
-    plant = fric.identify_plant("data/frequency-response.h5")
-    static = fric.identify_static("data/constant-velocity.h5", plant=plant)
+    static = rig_static
     static.save(tmp_path / "static.yaml")
     inputs = collect([tmp_path / "static.yaml", Path("data/constant-velocity.h5")])
     points = friction_curves(inputs, inputs.items[0]).points

@@ -64,17 +64,16 @@ def test_a_controller_that_fric_took_by_itself_is_not_blamed_on_the_user():
         assert ("no controller was given" in refused.value.hint.lower()) is blamed
 
 
-def test_the_response_is_found_among_all_records_and_if_its_samples_are_uneven(tmp_path):
+def test_the_response_is_found_among_all_records_and_if_its_samples_are_uneven(rig_plant, tmp_path):
     """Of a file of all records, whose kinds nobody stated, there were "0 records"; a lost sample ended the design."""
     (stroke, *_), (response,) = fric.read("data/constant-velocity.h5"), fric.read("data/frequency-response.h5")
     lost = np.delete(np.arange(len(response)), np.arange(500, len(response), 997))
     channels = {name: values[lost] for name, values in response.channels().items()}
     uneven = replace(response, kind=None, **channels)
     write_logs(tmp_path / "all.h5", [replace(stroke, kind=None), uneven])
-    identified = fric.identify_plant("data/frequency-response.h5")
     known = fric.read_machine("virtual-rig").axis("x").cascade
     whole, found = (
-        fric.design_observer(identified, log, controller=known).document["cutoff"]["value"]
+        fric.design_observer(rig_plant, log, controller=known).document["cutoff"]["value"]
         for log in ("data/frequency-response.h5", tmp_path / "all.h5")
     )
     assert found == pytest.approx(whole, rel=0.05)

@@ -124,7 +124,7 @@ def test_a_path_is_run_on_a_machine_of_one_axis():
 
 
 def test_forces_are_predicted_at_velocities():
-    static = fric.identify_static("data/constant-velocity.h5")
+    static = fric.identify_static(fric.read("data/constant-velocity.h5")[::3])
     force, half = static.predict("10 mm/s")
     assert force == pytest.approx(static.predict(0.01)[0])
     assert half > 0
