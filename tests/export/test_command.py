@@ -10,13 +10,14 @@ from dataclasses import replace
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from pickle import dumps
 
 import numpy as np
 import pytest
 from scipy.io import loadmat
 
 import fric
-from fric.control.scheme import PAPER_SCHEMES
+from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.export import targets
@@ -26,7 +27,8 @@ from fric.export.twincat import POINTS, list_of
 from fric.flaws.static_map import FORCE_OVER_POSITION
 from fric.friction.gms import GMS
 from fric.results.export import ExportResult, _of_session
-from fric.simulate.contour_run import Circle, run_circle
+from fric.simulate.contour_run import Circle, CircleRun, run_circle
+from fric.simulate.machine import Machine
 from tests.export.parts import MACHINE, part, scheme_part
 from tests.turns import in_turns
 
@@ -48,6 +50,21 @@ static:
 warnings: [the logged force lags]
 warnings_coded: [{code: force-lags, severity: wrong, text: the logged force lags}]
 """
+
+
+@pytest.fixture(autouse=True)
+def simulated_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Simulate a circle by which exports are judged once: it takes a second at 10 mm/s, and many judge the same."""
+    monkeypatch.setattr("fric.results.export.run_circle", once)
+
+
+RUNS: dict[bytes, CircleRun] = {}
+
+
+def once(machine: Machine, scheme: Scheme, test: Circle, *, only: str) -> CircleRun:
+    if (key := dumps((machine, scheme, test, only))) not in RUNS:
+        RUNS[key] = run_circle(machine, scheme, test, only=only)
+    return RUNS[key]
 
 
 @cache
