@@ -55,15 +55,16 @@ def drawn():
     return draw_machine(fric.read_machine(ROOT / "configs/xy-table.yaml"), 3)[0]
 
 
-def recorded(machine, *feeds: float):
+def recorded(machine, *tests: Circle):
     """Circles as a machine records them: each is one draw of what hangs on encoder counts."""
-    runs = (run_circle(machine, F, Circle(feed=feed), accuracy=1e-8, places=1) for feed in feeds or (0.1, 0.01))
+    tests = tests or (Circle(feed=0.1), Circle(feed=0.01))
+    runs = (run_circle(machine, F, test, accuracy=1e-8, places=1) for test in tests)
     return [measured_from_run(run) for run in runs]
 
 
 @pytest.fixture(scope="module")
 def circles(drawn):
-    return recorded(drawn)
+    return recorded(drawn, Circle(feed=0.1), Circle(feed=0.01, revolutions=1))
 
 
 @pytest.fixture(scope="module")
@@ -103,11 +104,12 @@ def test_what_is_found_is_what_the_machine_has(drawn, tuned):
         assert one.after.rms < 0.1 * one.before.rms
 
 
-@pytest.mark.long(4)
-def test_how_sure_a_parameter_is_does_not_hang_on_what_was_kept_of_the_shape(drawn, circles, tuned, monkeypatch):
+@pytest.mark.long(9)
+def test_how_sure_a_parameter_is_does_not_hang_on_what_was_kept_of_the_shape(drawn, monkeypatch):
+    axis, tests = drawn.axes["x"], recorded(drawn)
+    kept = tune_axis(axis, tests)
     monkeypatch.setattr("fric.circles.tune_fit.SHAPE", 0.0)
-    axis, kept = drawn.axes["x"], tuned.axes["x"]
-    whole = tune_axis(axis, circles)
+    whole = tune_axis(axis, tests)
     assert whole.full
     assert not kept.full
     for key in ("F_c", "F_s", "v_s", "delta"):
