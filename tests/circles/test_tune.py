@@ -377,7 +377,7 @@ def test_intervals_hold_the_truth_of_blocks_that_slip_alike(drawn, circles):
     assert [1, 2] in groups_alike(found)  # 27.5 and 25.9 µm
     m, a = found.plant[:2]
     plant = fric.Plant(A=float(a / m), B=float(1 / m), T_d=full.delay(found.x), K_f=axis.plant.K_f)
-    estimates = tuned_estimates(found, plant)
+    estimates = tuned_estimates(found, plant, axis.motion)
     for key in ("alpha", "k"):
         for n, (low, high) in enumerate(estimates.gms[key].ci95):
             assert low <= getattr(axis.friction, key)[n] <= high
