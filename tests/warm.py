@@ -21,7 +21,7 @@ import subprocess
 import sys
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
 LATE = ("scipy.io", "rich.console", "rich.table", "pint", "scipy.signal", "matplotlib.backends.backend_agg", "pytest")
@@ -155,9 +155,11 @@ def main() -> None:
     serve(sys.argv[1])
     with undrawn() if os.environ.pop(UNDRAWN, "") else nullcontext():
         status = _run()
-    for stream in (sys.stdout, sys.stderr, sys.__stdout__, sys.__stderr__):
-        assert stream is not None
-        stream.flush()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with suppress(OSError):  # of what code kept of it; a full disk was told by the command
+        if sys.__stdout__ is not None:
+            sys.__stdout__.flush()
     atexit._run_exitfuncs()
     os._exit(status)  # to take all modules down takes longer than most commands
 
