@@ -59,6 +59,10 @@ _SPELLED = {  # Units as headers spell them that Pint does not know
     **dict.fromkeys(["U/min", "Upm", "RPM", "min-1", "r/min", "tr/min", "giri/min", "rev/min"], "rpm"),
     "Volt": "V", **dict.fromkeys(["Sek", "Sek.", "sek"], "s"), **dict.fromkeys(["Arms", "Apk", "Amps", "Amp"], "A"),
 }  # fmt: skip
+_WRITTEN: dict[str, str] = dict(re.findall(r"(\S+)=(\S+)", (  # Units in Russian and Chinese
+    "мкс=us мс=ms с=s мин=min мкм=um мм=mm см=cm м=m нм=nm кН=kN мН=mN Н=N мВ=mV В=V мА=mA А=A Гц=Hz кГц=kHz град=deg "
+    "рад=rad об=rev 秒=s 毫秒=ms 微秒=us 毫米=mm 微米=um 米=m 牛=N 牛顿=N 牛米=N*m 伏=V 安=A 度=deg 转=rev"
+)))  # fmt: skip
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 _PREFIXED = {  # Units that people read with a prefix, unlike others (rad, kg, N·s/m, …)
     "m", "N", "V", "s", "Hz", "m/s", "m/V", "N*m", "J", "N/m", "N*m/rad", "N/s", "N*m/s", "N*m*s/rad", "A", "A/m",
@@ -208,6 +212,7 @@ def _spelled(unit: str) -> str:
     plain = unit.strip().replace("·", "*").replace("²", "**2").replace("µ", "u").replace("μ", "u").replace("⁻¹", "**-1")
     if re.search(r"\bgrad\b", plain):
         raise FricError(f"'{unit}' is degrees in German, and gon elsewhere", hint="Write deg, or gon.")
+    plain = re.sub(r"[^\W\d_a-zA-Z]+", lambda word: _WRITTEN.get(word[0], word[0]), plain)
     plain = re.sub(r"\bGra?d\b", "deg", plain)  # German degrees, which Pint takes for a thousand million radians
     plain = re.sub(r"\brevs?\b", "revolution", plain)
     return _SPELLED.get(plain, re.sub(r"\b([kmuc]?N)-?([mcu]?m)\b", r"\1*\2", plain))

@@ -1543,3 +1543,25 @@ def test_a_text_in_a_matlab_file_says_how_long_a_count_is(tmp_path: Path) -> Non
     savemat(tmp_path / "log.mat", {"PosAct_cnt": np.arange(50), "F_N": np.ones(50), "info": "1 count = 0.1 um"})
     (table,) = tables(tmp_path / "log.mat")
     assert {column.name: column.unit for column in table.columns}["PosAct_cnt"] == "0.1 um"
+
+
+@pytest.mark.parametrize("names", [
+    "tid [s];börläge [mm];läge [mm];kraft [N];spänning [V]",
+    "aika [s];asetusarvo [mm];sijainti [mm];voima [N];jännite [V]",
+    "zaman [s];komut konumu [mm];gerçek konum [mm];kuvvet [N];gerilim [V]",
+    "tid [s];ønsket posisjon [mm];posisjon [mm];kraft [N];spenning [V]",
+    "idő [s];előírt pozíció [mm];pozíció [mm];erő [N];feszültség [V]",
+    "время, с;заданное положение, мм;положение, мм;сила, Н;напряжение, В",
+    "时间(秒);指令位置(毫米);实际位置(毫米);推力(牛);电压(伏)",
+])  # fmt: skip
+def test_names_and_units_of_further_languages_are_read(tmp_path: Path, names: str) -> None:
+    """Swedish, Turkish, Russian and Finnish were asked about, and so was a unit behind a comma."""
+    a = axis_of_a_drive(n=1500)
+    write(tmp_path / "log.csv", names, a["t"], 1e3 * a["asked"], 1e3 * a["position"], 40 * a["current"], a["current"])
+    (axis,) = told(tmp_path / "log.csv")
+    assert {of: role.column for of, role in axis.roles.items()} == {
+        "time": 0, "reference": 1, "position": 2, "force": 3, "input": 4,
+    }  # fmt: skip
+    (table,) = tables(tmp_path / "log.csv")
+    units = zip(table.columns[:3], ("time", "position", "position"), strict=True)
+    assert [factor(column.unit or "", of) for column, of in units] == [1.0, 1e-3, 1e-3]

@@ -251,7 +251,7 @@ _OF_AXIS = re.compile(  # No unit in brackets: a column's axis, or what it is of
 )
 _NAMED = re.compile(
     r"(?P<name>.*?)(?:\s*(?:\[(?P<square>[^\[\]]*)\]|[({<](?P<round>[^(){}<>]*)[)}>])|"
-    r"(?:\s+(?:/|in)\s+|\s(?=\S+/))(?P<behind>[^\s\[\](){}<>]+))"
+    r"(?:\s+(?:/|in)\s+|,\s+|\s(?=\S+/))(?P<behind>[^\s\[\](){}<>]+))"
 )
 _SLASHED = re.compile(r"([^/\s]+)/([a-zA-Zµ°%]{2,}(?:/[a-zA-Z]+)?)|([^/\s]*\w_\w+)/([NAVms%](?:/s)?)")
 """A name and its unit, as ``X_ist/mm``; a single letter, as of ``arm/A``, is a unit behind ``F_mot/`` alone."""
@@ -291,7 +291,7 @@ def read_xml(path: Path, most: int) -> Element:
 
 
 def named(header: str) -> Column:
-    """Split a header, as ``force [N]``, ``force (N)``, ``force / N`` or ``v in mm/s``; ``force_N`` stays a name."""
+    """Split a header, as ``force [N]``, ``force (N)``, ``force / N``, ``force, N``, ``v in mm/s``; not ``force_N``."""
     text = header.strip().strip("\"'").lstrip("#%").strip()
     if (slashed := _SLASHED.fullmatch(text)) and is_unit(unit := slashed[2] or slashed[4]):
         return Column(slashed[1] or slashed[3], unit)
