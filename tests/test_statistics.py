@@ -52,3 +52,15 @@ def test_intervals_do_not_depend_on_units(unit: float) -> None:
     assert parameter_covariance(J) == pytest.approx(np.linalg.inv(J.T @ J))
     assert parameter_covariance(J / units) / scale == pytest.approx(parameter_covariance(J), rel=1e-6)
     assert jackknife(J / units, rest, label) / scale == pytest.approx(jackknife(J, rest, label), rel=1e-6)
+
+
+def test_a_long_run_covariance_of_many_values_is_that_of_sums_of_neighbours(monkeypatch):
+    """Of 120,000 values it took minutes in a fit of the GMS model."""
+    t, rng = np.arange(60_000) / 60_000, np.random.default_rng(7)
+    X = np.column_stack([np.ones(len(t)), np.sin(12 * np.pi * t)])
+    for memory in (0.0, 0.9, 0.99):
+        noise = lfilter([1.0], [1.0, -memory], rng.normal(size=len(t)))
+        few = np.diag(hac_covariance(X, noise))
+        monkeypatch.setattr("fric.statistics.ENOUGH", len(t))
+        assert few == pytest.approx(np.diag(hac_covariance(X, noise)), rel=0.3)
+        monkeypatch.undo()

@@ -12,6 +12,7 @@ from fric.arrays import Complex, Indices, Mask, Real
 
 FINEST = 1e-12  # Least variance of what scatters in a mixed model, over that of all
 LOST = 1e-9  # The same, with the known error, below which the likelihood's slopes over other variances have no digits
+ENOUGH = 25_000  # Values of which a long-run covariance is found; of twice as many, sums of neighbours are taken
 LASTING, PENALTY = 6.0, 3.0  # Times that the longest memory of residuals fits into all, and least gain of a coefficient
 MAD_TO_SIGMA = 1.4826  # Standard deviation over the median absolute deviation, of a normal distribution: ``1/Φ⁻¹(3/4)``
 COMMON, FACTOR = 0.05, 7.4
@@ -174,7 +175,7 @@ def score_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | 
     n, p = regressors.shape
     scores = np.ascontiguousarray(regressors.T) * residual
     edges = np.cumsum([0, *([n] if lengths is None else lengths)])
-    if (every := n // 100_000) > 1:  # sums of neighbours have the same long-run covariance
+    if (every := n // ENOUGH) > 1:  # sums of neighbours have the same long-run covariance
         at = np.concatenate([np.arange(*of, every) for of in pairwise(edges)])
         scores, n, edges = np.add.reduceat(scores, at, axis=1), len(at), np.searchsorted(at, edges)
     filters = _autoregressions(scores, edges[1:-1], int(min(most * (n / 100.0) ** 0.25, np.diff(edges).min() / 8)))

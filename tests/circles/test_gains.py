@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 import fric
-from fric.circles.gains import _Fit, controller_of, controller_of_logs, lags, stated_voltage
+from fric.circles.gains import StatedController, _Fit, controller_of, controller_of_logs, lags, stated_voltage
 from fric.circles.learn import Learning, learn_from
 from fric.circles.measured import AxisTrace, MeasuredCircle, measured_from_run
 from fric.circles.tune_fit import voltage_record
@@ -498,3 +498,11 @@ def test_gains_are_found_beside_samples_at_the_limit_of_the_voltage() -> None:
     stopped[-40:] = 10.0
     found = controller_of(replace(test, axes={**test.axes, "x": replace(trace, input=stopped)}), "x")
     assert found.cascade.K_p == pytest.approx(fric.read_machine("virtual-rig").axes["x"].cascade.K_p, rel=0.01)
+
+
+def test_a_voltage_that_counts_the_other_way_is_named():
+    """It said "K_p is -1.26 times, K_i -0.94 times what is stated", and left the cause to the reader."""
+    none = np.zeros(1)
+    turned, other = (StatedController(none, none, None, 2.0, s * 1.26, s * 0.94, 0.1, 0.0).describe() for s in (-1, 1))
+    assert "it counts the other way" in turned
+    assert "it counts the other way" not in other

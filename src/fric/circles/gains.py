@@ -59,6 +59,7 @@ class StatedController:
         gains = f"K_p is {self.K_p:.2f} times" + ("" if self.K_i is None else f", K_i {self.K_i:.2f} times")
         differ = abs(self.K_p - (self.K_i or self.K_p)) > GAIN
         alike = "" if differ else " (as another K_v or a scaled voltage shows too)"
+        alike = ": it counts the other way" if max(self.K_p, self.K_i or self.K_p) < 0 else alike
         why = f"; by that {gains} what is stated{alike}" if self.explained < 0.5 * self.apart else ""
         return f"The voltage of the controller's gains misses the recorded by {self.apart:.0%} of what is fed back{why}"
 
