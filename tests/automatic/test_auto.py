@@ -1125,3 +1125,41 @@ def test_a_circle_alone_identifies_no_friction_that_it_judges(tmp_path):
     assert not found.axes
     assert found.verdict.headline.startswith("No scheme is recommended yet. Missing for a circle: strokes")
     assert [line for line in found.verdict.next if line.startswith("fric plan")]
+
+
+def test_the_sign_of_a_force_is_that_of_most_files(tmp_path):
+    """The file of most work, a response, had the say: ten strokes of fourteen were left out."""
+    logs = drive_logs(tmp_path / "logs", names="Zeit [s],Weg [mm],Fm [N]", sign=-1.0)
+    (logs / "circle.csv").unlink()
+    rows = np.loadtxt(logs / "log_0.csv", delimiter=",", skiprows=1)
+    for n, factor in enumerate((-10.0, 1.0)):  # a file of more work counts the other way than the rest
+        np.savetxt(logs / f"a{n}.csv", rows * [1.0, 1.1 + n, factor], "%.5f", ",", header="Zeit [s],Weg [mm],Fm [N]",
+                   comments="")  # fmt: skip
+    found = find_sources([logs], proposals=tmp_path / "maps")
+    assert sorted(log.path.name for log in found.logs) == ["a1.csv", "log_0.csv", "log_1.csv", "log_2.csv"]
+    assert any("a0.csv" in str(notice) and "counts the other way" in str(notice) for notice in found.description)
+
+
+def test_logs_that_are_left_out_beside_a_circle_are_the_reason_of_the_verdict(tmp_path):
+    """It said that strokes are missing, and they were there, in counts of no known size."""
+    logs = drive_logs(tmp_path / "logs", names="time [s],position [count],force [N]")
+    found = fric.auto(logs, output=tmp_path / "out")
+    assert "log_0.csv and 2 more: Left out: " in found.verdict.headline
+    assert "counts" in found.verdict.headline
+
+
+def test_a_mapping_of_circles_gives_the_circle_among_the_logs(tmp_path):
+    """A mapping of `kind: circle`, as the formats page has it, was refused: "such a record has no x.force"."""
+    logs = drive_logs(tmp_path / "logs", names="a,b,c")
+    text = (logs / "circle.csv").read_text(encoding="utf-8").partition("\n")[2]
+    (logs / "circle.csv").write_text(f"a,p,q,r,s\n{text}", encoding="utf-8")
+    channels = {"time": "a, unit: s", "x.position": "p, unit: mm", "y.position": "q, unit: mm",
+                "x.force": "r, unit: N", "y.force": "s, unit: N"}  # fmt: skip
+    columns = "".join(f"  {name}: {{column: {of}}}\n" for name, of in channels.items())
+    (tmp_path / "circle.yaml").write_text(f"fric: mapping/1\nkind: circle\ncolumns:\n{columns}", encoding="utf-8")
+    of = "{time: {column: a, unit: s}, position: {column: b, unit: mm}, force: {column: c, unit: N}}"
+    (tmp_path / "strokes.yaml").write_text(f"fric: mapping/1\naxis: x\ncolumns: {of}\n", encoding="utf-8")
+    for names in (("circle", "strokes"), ("strokes", "circle")):
+        found = find_sources([logs], [str(tmp_path / f"{name}.yaml") for name in names])
+        assert found.traces == {logs / "circle.csv": str(tmp_path / "circle.yaml")}
+        assert sorted(log.path.name for log in found.logs) == ["log_0.csv", "log_1.csv", "log_2.csv"]

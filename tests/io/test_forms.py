@@ -1,5 +1,6 @@
 """Forms that genuine logs have, each found to be lost or read wrongly once."""
 
+import json
 import re
 import shlex
 from contextlib import ExitStack
@@ -1565,3 +1566,54 @@ def test_names_and_units_of_further_languages_are_read(tmp_path: Path, names: st
     (table,) = tables(tmp_path / "log.csv")
     units = zip(table.columns[:3], ("time", "position", "position"), strict=True)
     assert [factor(column.unit or "", of) for column, of in units] == [1.0, 1e-3, 1e-3]
+
+
+def test_a_circle_of_positions_in_other_words_is_found_among_the_tests_of_a_workbook(tmp_path: Path) -> None:
+    """`posición X` was the position of no axis; each test was then of x and of y, and y had the numbers of x."""
+    a, t = axis_of_a_drive(), np.arange(9000) * 5e-4
+    angle = 2 * np.pi * t / 1.9
+    stroke = {"tiempo (s)": a["t"], "posición real (mm)": 1e3 * a["position"], "consigna (mm)": 1e3 * a["asked"],
+              "corriente del motor (A)": a["current"]}  # fmt: skip
+    turn = {f"{name} {axis} ({unit})": values for axis, z in (("X", 30 * np.cos(angle)), ("Y", 30 * np.sin(angle)))
+            for name, unit, values in (
+                ("consigna", "mm", z), ("posición", "mm", z), ("corriente", "A", np.sign(np.gradient(z))),
+            )}  # fmt: skip
+    with pd.ExcelWriter(path := tmp_path / "ensayos.xlsx") as book:
+        for sheet, columns in (("ida", stroke), ("vuelta", stroke), ("círculo", {"tiempo (s)": t} | turn)):
+            pd.DataFrame({name: np.round(values, 5) for name, values in columns.items()}).to_excel(
+                book, sheet_name=sheet, index=False
+            )
+    found = find_sources([path], proposals=tmp_path / "maps")
+    assert [*found.traces] == [path]
+    assert [log.axis for log in found.logs] == ["x"]
+    columns = "columns: {{time: {{column: tiempo}}, position: {{column: {}}}, force: {{column: {}}}}}"
+    of = f"{{{{axis: {{}}, motion: linear/A, {columns}}}}}"
+    parts = [("z", "posición real", "corriente del motor"), ("y", "posición Y", "corriente Y")]
+    text = "".join(f"  - {of.format(*part)}\n" for part in parts)
+    (tmp_path / "map.yaml").write_text(f"fric: mapping/1\nparts:\n{text}", encoding="utf-8")
+    fric.ingest(path, output=tmp_path / "z.h5", mapping=tmp_path / "map.yaml", axis="z")
+    assert [log.name for log in fric.read(tmp_path / "z.h5")] == ["ida", "vuelta"]  # the circle is not of z
+
+
+def test_rows_of_json_that_a_word_parts_into_tests_are_records(tmp_path: Path) -> None:
+    """ "Time runs backwards" was said of a file of tests that a field named."""
+    a = axis_of_a_drive(n=600)
+    samples = [*zip(a["t"], a["position"], a["current"], strict=True)]
+    rows = [json.dumps({"test": test, "t_s": round(t, 4), "x_mm": round(1e3 * x, 5), "F_N": round(40 * i, 3)})
+            for test in ("v1", "v0.5") for t, x, i in samples]  # fmt: skip
+    (tmp_path / "trace.jsonl").write_text("\n".join(rows), encoding="utf-8")
+    found = list(tables(tmp_path / "trace.jsonl"))
+    assert [len(next(table.read([0])).columns[0]) for table in found] == [600, 600]
+    assert [[column.name for column in table.columns] for table in found] == [["t_s", "x_mm", "F_N"]] * 2
+    state = [row.replace("v0.5", "v1") if n % 100 else row for n, row in enumerate(rows)]  # a state, which returns
+    (tmp_path / "trace.jsonl").write_text("\n".join(state), encoding="utf-8")
+    assert len(list(tables(tmp_path / "trace.jsonl"))) == 1
+
+
+def test_a_sentence_above_the_header_gives_units(tmp_path: Path) -> None:
+    """They were asked for."""
+    lines = ["# temps en s, position en mm, consigne en mm, effort en N", "temps\tposition\tconsigne\teffort"]
+    rows = [f"{n / 1000}\t{n / 100}\t{n / 100}\t{n % 7}" for n in range(60)]
+    (tmp_path / "essai.txt").write_text("\n".join([*lines, *rows]) + "\n", encoding="utf-8")
+    (table,) = tables(tmp_path / "essai.txt")
+    assert [column.unit for column in table.columns] == ["s", "mm", "mm", "N"]

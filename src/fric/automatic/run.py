@@ -30,6 +30,7 @@ from fric.errors import FricError, near
 from fric.estimate import Estimate, estimate_rows
 from fric.flaws.channel import HOLDING_MAP
 from fric.flaws.circle import CONTROLLER_DIFFERS
+from fric.flaws.files import FILE_LEFT_OUT
 from fric.io.circle import choose_circles
 from fric.io.propose import NO_FORCE, NO_POSITION, NO_SCALE, first_of, proposal
 from fric.io.questions import MOST_QUESTIONS, Ask, Question, Review
@@ -262,7 +263,10 @@ class AutoResult(Result, schema=AutoDocument):
             return inputs.verdict(inputs.tests[-1])
         lacks = (text for axis in self.axes.values() for text in axis.missing if not axis.whole)
         missing = tuple(text for text in lacks if text.partition(":")[0] not in steps.SPARED)
-        missing = missing if self.axes or self.failed else FRICTION  # a circle alone, whose logs were left out
+        if not (self.axes or self.failed):  # a circle alone, whose logs were left out
+            left = next((notice for notice in self.description if notice.code == FILE_LEFT_OUT.code), None)
+            missing, failed = () if left else FRICTION, f"{left.where}: {left.says}" if left else ""
+            return decide(Evidence(missing=missing, failed=failed))
         failed = next((text.partition(": ")[2] for text in self.failed if text.startswith("circle: ")), "")
         return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary, missing=missing, failed=failed))
 

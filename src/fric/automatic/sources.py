@@ -64,7 +64,7 @@ from fric.records.modes import switched
 from fric.records.resolution import STUCK
 from fric.records.segments import travelled
 from fric.results.base import in_one_mode
-from fric.results.ingest import mapping_of
+from fric.results.ingest import holds_circles, mapping_of
 from fric.units import Motion, rotates
 
 ARCHIVES = frozenset({".zip", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz"})  # Endings of archives
@@ -85,6 +85,7 @@ ON_CIRCLES = 0.5  # Share of a file on whole circles above which it is a circle 
 MOST_ALIKE = 3  # Files of the same names in several folders, from which it is said that their records are pooled
 BROKEN = "samples are missing: the position jumps along with its reference"
 LEAVES_OUT = "`assume=True` leaves such samples out"  # What opens a log with bad cells
+TURNED = "the force counts the other way than in other files"
 BY_SIGNS = "by these signs"  # In why logs are refused whose force or velocity seems turned
 T = TypeVar("T")
 LACKS_FORCE = "no column is named force"  # Why a complete header needs a question: another column looks like it
@@ -272,13 +273,22 @@ def _guessed(
             written(file, sure.text(), force=True)
         found.description += sure.notices(str(file))
     for part in wanted:
-        for path in part.files:
-            axis, together = part.axis.name if len(wanted) > 1 else None, len(part.files) > 1
-            why = _read(path, str(file), found, seen, axis=axis, assume=assume, together=together)
-            if why:
+        before, axis, together = len(seen), part.axis.name if len(wanted) > 1 else None, len(part.files) > 1
+
+        def read_all(part: Guess, axis: str | None, together: bool) -> int:
+            whys = {path: _read(path, str(file), found, seen, axis=axis, assume=assume, together=together)
+                    for path in part.files}  # fmt: skip
+            for path, why in whys.items():
                 asking[path] = why
-            else:
-                asking.pop(path, None)
+                asking.pop(path) if not why else None
+            return sum(why.startswith(TURNED) for why in whys.values())
+
+        if 2 * read_all(part, axis, together) > len(part.files) and (force := part.axis.roles.get("force")):
+            part.axis.roles["force"] = replace(force, sign=-force.sign)  # what most of the files show is right
+            written(file, sure.text(), force=True)
+            found.logs = [log for log in found.logs if log.path not in part.files]
+            del seen[before:]
+            read_all(part, axis, together)
 
 
 def _of_circle(part: Guess, parts: Iterable[Guess], found: Sources) -> bool:
@@ -407,11 +417,19 @@ def _excites(record: Record) -> bool | str:
 def _mapped(
     path: Path, mappings: Sequence[str], found: Sources, seen: list[Record], *, assume: bool, axis: str | None
 ) -> str:
-    """Read a foreign log by the first of the mappings that fits, or else by its header; return why none fits."""
-    first = ""
-    for mapping in (*mappings, None):
-        why = _foreign(path, mapping, found, seen, assume=assume, axis=axis)
-        if not why or (mapping and "there is no column" not in why):
+    """Read a foreign log by the first of the mappings that fits, or else by its header; return why none fits.
+
+    A mapping of circles gives the circle that a file holds, beside its logs or alone.
+    """
+    of_circles, first = [name for name in mappings if holds_circles(name)], ""
+    for mapping in of_circles:
+        if share := _share_on_circles(path, mapping):
+            found.traces[path] = mapping
+            if share > ON_CIRCLES:
+                return ""
+    for meaning in (*(name for name in mappings if name not in of_circles), None):
+        why = _foreign(path, meaning, found, seen, assume=assume, axis=axis)
+        if not why or (meaning and "there is no column" not in why):
             return why
         first = first or why
     return first
@@ -511,7 +529,7 @@ def _read(
     for log in (record for record in records if together and isinstance(record, Log)):
         (signs := Signs()).add(log.channels())
         if signs.against() == "force":
-            return f"the force counts the other way than in other files: {BY_SIGNS} friction drives the axis"
+            return f"{TURNED}: {BY_SIGNS} friction drives the axis"
     if _taken(path, mapping, records, found, seen, wide=axis is not None, assume=assume):
         found.description += [doubt for doubt in doubts if doubt not in found.description]
     return ""

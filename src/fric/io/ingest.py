@@ -384,6 +384,10 @@ class IngestSession:
             if RECORD in table.said and self._about.is_other(table):
                 none.append(FricError("is a circle test", where=str(path), hint="Read it with `kind='circle'`."))
                 continue
+            part = self._of(table)[0] if RECORD in table.said and self._about.axis else None
+            if part is not None and part.axis not in {None, axis} and (of := self._about.mapping) and of.parts:
+                none.append(FricError(f"is of axis {part.axis}", where=str(path), hint=f"Say `axis='{part.axis}'`."))
+                continue
             if mapping != (axis, motion):
                 what = f"is of the {words_of(mapping[1])} axis {mapping[0]}, and the log file of the "
                 raise FricError(f"{what}{words_of(motion)} {axis}", where=str(path),

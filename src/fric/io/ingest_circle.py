@@ -102,7 +102,8 @@ def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
         unit = column.unit or says.unit
         measures = partial(converts, unit)
         if axis and measures("position"):
-            shown = {"reference": says.commanded or "nominal" in name, "position": says.measured or not name}
+            moved = says.measured or says.means == "position" or not name
+            shown = {"reference": says.commanded or "nominal" in name, "position": moved}
         elif axis:
             moves = in_units_of("linear", unit)
             of = {"force", "current", *([""] if moves in {"linear", "linear/A"} else [])}  # % may be of anything

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -203,7 +204,13 @@ def _columns(value: Any, depth: int = 0) -> Any:
         flat = [dict(_leaves(item)) for item in value if isinstance(item, Mapping)]
         if len(flat) >= LEAST and any(number(item) == number(item) for item in flat[0].values()):
             names = dict.fromkeys(name for item in (flat[0], flat[-1]) for name in item)
-            return {name: _column([item.get(name) for item in flat]) for name in names}
+            words = [name for name in names if all(isinstance(item.get(name), str) for item in flat)]
+            runs = [list(run) for _, run in groupby(flat, lambda item: item[words[0]])] if len(words) == 1 else [flat]
+            ids = {run[0][words[0]] for run in runs} if len(words) == 1 else set()
+            of_tests = 1 < len(runs) == len(ids) and min(map(len, runs)) >= LEAST  # else a state, or a date
+            runs, kept = (runs, [name for name in names if name not in words]) if of_tests else ([flat], [*names])
+            tests = [{name: _column([item.get(name) for item in run]) for name in kept} for run in runs]
+            return tests if of_tests else tests[0]
     if isinstance(value[0], list | Mapping):
         if len({len(row) if isinstance(row, list) else -1 for row in value}) == 1 and len(value) >= LEAST:
             rows = np.array([[number(cell) for cell in row] for row in value])

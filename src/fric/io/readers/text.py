@@ -205,7 +205,7 @@ def remarked(columns: Sequence[Column], lines: Sequence[str], whole: Collection[
     whole: The columns of whole numbers, which a position without unit has in counts.
     """
     said = ", ".join(line for line in lines if line.startswith(("#", "%", ";", "//")))
-    pairs = re.findall(r"(\w[\w .]{0,39}?)\s?[:=]\s*(\d[\d.]* ?[^\W\d]+|[^\s,;]+)", said)
+    pairs = re.findall(r"(\w[\w .]{0,39}?)(?:\s?[:=]| (?:in|en|em)(?= ))\s*(\d[\d.]* ?[^\W\d]+|[^\s,;]+)", said)
     sizes, lack = re.compile(r"(1 ?)?(count|inc|increment|pulse)s?"), {c.name.casefold() for c in columns if not c.unit}
     folded = ((name.casefold(), unit) for name, unit in pairs)
     units = {name: unit for name, unit in folded if (name in lack or sizes.fullmatch(name)) and _unit(unit)}
