@@ -76,12 +76,13 @@ def alone(request: pytest.FixtureRequest) -> Iterator[None]:
     from fric.cli import console
     from fric.io.readers import matlab
     from fric.simulate import processes
-    from tests.warm import run_python
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(processes, "default_workers", lambda: 1)
         patch.setattr(console, "EVERY", 1e6)
         if path := getattr(request.config, "workerinput", {}).get("fric_path"):
+            from tests.warm import run_python
+
             patch.setattr(matlab, "run_python", partial(run_python, path))
         yield
 
