@@ -1159,6 +1159,8 @@ def test_a_mapping_of_circles_gives_the_circle_among_the_logs(tmp_path):
     (tmp_path / "circle.yaml").write_text(f"fric: mapping/1\nkind: circle\ncolumns:\n{columns}", encoding="utf-8")
     of = "{time: {column: a, unit: s}, position: {column: b, unit: mm}, force: {column: c, unit: N}}"
     (tmp_path / "strokes.yaml").write_text(f"fric: mapping/1\naxis: x\ncolumns: {of}\n", encoding="utf-8")
+    with pytest.raises(FricError, match="there is no such file"):
+        fric.auto(logs / "other.csv", output=tmp_path / "out", mapping=None)  # as it was before there were several
     for names in (("circle", "strokes"), ("strokes", "circle")):
         found = find_sources([logs], [str(tmp_path / f"{name}.yaml") for name in names])
         assert found.traces == {logs / "circle.csv": str(tmp_path / "circle.yaml")}

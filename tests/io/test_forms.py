@@ -3,8 +3,10 @@
 import json
 import re
 import shlex
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import h5py
@@ -1488,6 +1490,14 @@ def test_an_attribute_names_the_columns_of_a_matrix(tmp_path: Path) -> None:
     assert [axis.roles[of].unit for of in ("time", "position", "force")] == ["0.001 s", "mm", "N"]
 
 
+def workbook(path: Path, sheets: Mapping[str, Mapping[str, Any]]) -> Path:
+    with pd.ExcelWriter(path) as book:
+        for sheet, columns in sheets.items():
+            rounded = pd.DataFrame({name: np.round(values, 5) for name, values in columns.items()})
+            rounded.to_excel(book, sheet_name=sheet, index=False)
+    return path
+
+
 def test_a_circle_in_a_sheet_among_the_tests_is_a_circle(tmp_path: Path) -> None:
     """It was a record of an axis x and of one y, whose plant was that of x: 120 kg were said of 80 kg."""
     a, t = axis_of_a_drive(), np.arange(9000) * 5e-4
@@ -1496,11 +1506,8 @@ def test_a_circle_in_a_sheet_among_the_tests_is_a_circle(tmp_path: Path) -> None
               "Force [N]": 40 * a["current"]}  # fmt: skip
     turn = {f"{name} {axis} [{unit}]": values for axis, z in (("X", 30 * np.cos(angle)), ("Y", 30 * np.sin(angle)))
             for name, unit, values in (("Position", "mm", z), ("Tension", "V", np.sign(np.gradient(z))))}  # fmt: skip
-    with pd.ExcelWriter(path := tmp_path / "essais.xlsx") as book:
-        for sheet, columns in (("aller", stroke), ("retour", stroke), ("cercle", {"Temps [s]": t} | turn)):
-            pd.DataFrame({name: np.round(values, 5) for name, values in columns.items()}).to_excel(
-                book, sheet_name=sheet, index=False
-            )
+    sheets = {"aller": stroke, "retour": stroke, "cercle": {"Temps [s]": t} | turn}
+    path = workbook(tmp_path / "essais.xlsx", sheets)
     found = find_sources([path], proposals=tmp_path / "maps")
     assert [*found.traces] == [path]
     assert [log.axis for log in found.logs] == ["x"]
@@ -1524,7 +1531,7 @@ def test_a_text_that_repeats_its_header_holds_a_record_a_block(tmp_path: Path, a
 
 
 def test_a_header_within_a_log_whose_time_goes_on_parts_nothing(tmp_path: Path) -> None:
-    rows = [f"{n * 0.01:.2f},{n},{n % 7}" for n in range(200)]
+    rows = [f"{n * 0.01:.2f},{-n},{n % 7}" for n in range(200)]  # its position falls, there as elsewhere
     text = "\n".join(["time [s],position [um],force [N]", *rows[:100], "time [s],position [um],force [N]", *rows[100:]])
     (tmp_path / "log.csv").write_text(text + "\n")
     (table,) = tables(tmp_path / "log.csv")
@@ -1578,11 +1585,8 @@ def test_a_circle_of_positions_in_other_words_is_found_among_the_tests_of_a_work
             for name, unit, values in (
                 ("consigna", "mm", z), ("posición", "mm", z), ("corriente", "A", np.sign(np.gradient(z))),
             )}  # fmt: skip
-    with pd.ExcelWriter(path := tmp_path / "ensayos.xlsx") as book:
-        for sheet, columns in (("ida", stroke), ("vuelta", stroke), ("círculo", {"tiempo (s)": t} | turn)):
-            pd.DataFrame({name: np.round(values, 5) for name, values in columns.items()}).to_excel(
-                book, sheet_name=sheet, index=False
-            )
+    sheets = {"ida": stroke, "vuelta": stroke, "círculo": {"tiempo (s)": t} | turn}
+    path = workbook(tmp_path / "ensayos.xlsx", sheets)
     found = find_sources([path], proposals=tmp_path / "maps")
     assert [*found.traces] == [path]
     assert [log.axis for log in found.logs] == ["x"]
@@ -1607,6 +1611,14 @@ def test_rows_of_json_that_a_word_parts_into_tests_are_records(tmp_path: Path) -
     assert [[column.name for column in table.columns] for table in found] == [["t_s", "x_mm", "F_N"]] * 2
     state = [row.replace("v0.5", "v1") if n % 100 else row for n, row in enumerate(rows)]  # a state, which returns
     (tmp_path / "trace.jsonl").write_text("\n".join(state), encoding="utf-8")
+    assert len(list(tables(tmp_path / "trace.jsonl"))) == 1
+
+
+def test_a_word_beside_a_time_that_goes_on_parts_nothing(tmp_path: Path) -> None:
+    """A phase is no test: its position falls from the one to the next, as within it."""
+    rows = [json.dumps({"phase": "in" if n < 50 else "out", "t": n * 1e-3, "x_mm": -n / 100, "F_N": 1.0 + n % 3})
+            for n in range(100)]  # fmt: skip
+    (tmp_path / "trace.jsonl").write_text("\n".join(rows), encoding="utf-8")
     assert len(list(tables(tmp_path / "trace.jsonl"))) == 1
 
 

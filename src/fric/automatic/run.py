@@ -342,7 +342,7 @@ def auto(
     circles: CircleFiles = (),
     controllers: Annotated[Sequence[Path | str], Kind(list[Path], "GAINS")] = (),
     tolerance: Annotated[Quantity | None, "position"] = None,
-    mapping: Annotated[Sequence[str] | str, Kind(list[str], "MAP.yaml")] = (),
+    mapping: Annotated[Sequence[str] | str | None, Kind(list[str], "MAP.yaml")] = None,
     assume: bool = False,
     encoder: EncoderName = "motor",
     workers: Workers | None = None,
@@ -381,7 +381,7 @@ def auto(
     Raises FricError: When a file is not there, or none holds a record.
     """
     folder = Path(output)
-    mappings = [mapping] if isinstance(mapping, str) else [*mapping]
+    mappings = [mapping] if isinstance(mapping, str) else [*(mapping or ())]
     list(map(mapping_of, mappings))  # refused before logs are read, where its place is known
     if units := find_fleet(list(map(Path, logs))):
         if machine or circles or controllers or tolerance is not None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
 from filecmp import cmp
+from functools import partial
 from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -273,22 +274,20 @@ def _guessed(
             written(file, sure.text(), force=True)
         found.description += sure.notices(str(file))
     for part in wanted:
-        before, axis, together = len(seen), part.axis.name if len(wanted) > 1 else None, len(part.files) > 1
-
-        def read_all(part: Guess, axis: str | None, together: bool) -> int:
-            whys = {path: _read(path, str(file), found, seen, axis=axis, assume=assume, together=together)
-                    for path in part.files}  # fmt: skip
-            for path, why in whys.items():
-                asking[path] = why
-                asking.pop(path) if not why else None
-            return sum(why.startswith(TURNED) for why in whys.values())
-
-        if 2 * read_all(part, axis, together) > len(part.files) and (force := part.axis.roles.get("force")):
-            part.axis.roles["force"] = replace(force, sign=-force.sign)  # what most of the files show is right
+        axis, together = part.axis.name if len(wanted) > 1 else None, len(part.files) > 1
+        read = partial(_read, mapping=str(file), found=found, seen=seen, axis=axis, assume=assume, together=together)
+        before, whys = len(seen), {path: read(path) for path in part.files}
+        turned, force = [path for path, why in whys.items() if why.startswith(TURNED)], part.axis.roles.get("force")
+        if force and 2 * len(turned) > len(whys):  # what most of the files show is right
+            part.axis.roles["force"] = replace(force, sign=-force.sign)
             written(file, sure.text(), force=True)
-            found.logs = [log for log in found.logs if log.path not in part.files]
+            found.logs = [log for log in found.logs if log.path not in whys]
+            found.copies = [path for path in found.copies if path not in whys]
             del seen[before:]
-            read_all(part, axis, together)
+            whys = {path: read(path) for path in whys}
+        for path in whys:
+            asking.pop(path, None)
+        asking |= {path: why for path, why in whys.items() if why}
 
 
 def _of_circle(part: Guess, parts: Iterable[Guess], found: Sources) -> bool:

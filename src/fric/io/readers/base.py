@@ -327,6 +327,18 @@ def whole_stamps(columns: Sequence[Column], values: Callable[[int], Any], wanted
     return found
 
 
+def begins_again(ends: Sequence[tuple["Real", "Real"]]) -> bool:
+    """Return whether a column rises over each of several parts, and falls back from each to the next.
+
+    ends: The first and the last row of each part.
+    """
+    import numpy as np  # the name of a column needs none
+
+    first, last = (np.array(rows, float) for rows in zip(*ends, strict=True))
+    back = last[:-1] - first[1:] > 0.5 * (last - first)[:-1]
+    return len(ends) > 1 and bool(np.any(back.all(axis=0) & (last > first).all(axis=0)))
+
+
 def plain_name(name: str) -> str:
     """Return a name without its unit, in small letters, with single spaces; ``X軸`` is x."""
     return " ".join(re.sub("[軸轴축]", " ", named(name).name.casefold()).split())

@@ -20,7 +20,7 @@ from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.input import reading, regular
-from fric.io.readers.base import ForeignTable, Format, number, numbers, read_xml
+from fric.io.readers.base import ForeignTable, Format, begins_again, number, numbers, read_xml
 from fric.io.readers.matlab import MOST_UNPACKED, tables_of
 from fric.units import is_unit
 
@@ -204,13 +204,10 @@ def _columns(value: Any, depth: int = 0) -> Any:
         flat = [dict(_leaves(item)) for item in value if isinstance(item, Mapping)]
         if len(flat) >= LEAST and any(number(item) == number(item) for item in flat[0].values()):
             names = dict.fromkeys(name for item in (flat[0], flat[-1]) for name in item)
-            words = [name for name in names if all(isinstance(item.get(name), str) for item in flat)]
-            runs = [list(run) for _, run in groupby(flat, lambda item: item[words[0]])] if len(words) == 1 else [flat]
-            ids = {run[0][words[0]] for run in runs} if len(words) == 1 else set()
-            of_tests = 1 < len(runs) == len(ids) and min(map(len, runs)) >= LEAST  # else a state, or a date
-            runs, kept = (runs, [name for name in names if name not in words]) if of_tests else ([flat], [*names])
-            tests = [{name: _column([item.get(name) for item in run]) for name in kept} for run in runs]
-            return tests if of_tests else tests[0]
+            runs = _of_tests(flat, [*names])
+            kept = [name for name in names if len(runs) == 1 or not isinstance(flat[0].get(name), str)]
+            tests = [{name: _column([row.get(name) for row in run]) for name in kept} for run in runs]
+            return tests if len(tests) > 1 else tests[0]
     if isinstance(value[0], list | Mapping):
         if len({len(row) if isinstance(row, list) else -1 for row in value}) == 1 and len(value) >= LEAST:
             rows = np.array([[number(cell) for cell in row] for row in value])
@@ -218,6 +215,17 @@ def _columns(value: Any, depth: int = 0) -> Any:
         return [_columns(part, depth + 1) for part in value]
     found = _column(value)
     return found if np.isfinite(found).any() else value if isinstance(value[0], str) else None
+
+
+def _of_tests(rows: list[dict[str, Any]], names: Sequence[str]) -> list[list[dict[str, Any]]]:
+    """Return the rows of each test that the only column of words names, where a clock begins again; else all."""
+    words = [name for name in names if all(isinstance(row.get(name), str) for row in rows)]
+    if len(words) != 1:
+        return [rows]
+    runs = [list(run) for _, run in groupby(rows, lambda row: row[words[0]])]
+    named = len({run[0][words[0]] for run in runs}) == len(runs) and min(map(len, runs)) >= LEAST  # else a state
+    first, last = ([np.array([number(run[at].get(of)) for of in names]) for run in runs] for at in (0, -1))
+    return runs if named and begins_again([*zip(first, last, strict=True)]) else [rows]
 
 
 def _named(items: Sequence[Any]) -> dict[str, Real]:

@@ -24,7 +24,18 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError, printable
 from fric.flaws.files import LINE_CUT
 from fric.input import foreign, other_kind
-from fric.io.readers.base import RECORD, Column, ForeignTable, Format, Memory, RowBlock, named, number, whole_stamps
+from fric.io.readers.base import (
+    RECORD,
+    Column,
+    ForeignTable,
+    Format,
+    Memory,
+    RowBlock,
+    begins_again,
+    named,
+    number,
+    whole_stamps,
+)
 from fric.io.readers.joined import GAP
 from fric.io.words import fits, in_counts, spoken
 from fric.units import is_unit
@@ -445,6 +456,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
 
 
 MOST_HELD = 1 << 28  # Size of a file that is held in memory for its records [byte]
+MOST_LINES, MOST_BLOCKS = 4_000_000, 2000  # Lines, and blocks, of a text that is looked through for them at most
 JUMP = 10.0  # Least jump of a clock between two records, over a step of either
 
 
@@ -463,21 +475,26 @@ def _of_blocks(table: "TextTable", layout: Layout) -> Sequence[ForeignTable]:
         if not re.search(rb"[^\W\d]", header) or whole.find(b"\n" + header, whole.tell()) < 0:
             return []
         whole.seek(0)
-        lines = whole.read().splitlines(keepends=True)
+        text = whole.read()
+    if text.count(b"\n") > MOST_LINES:
+        return []
+    lines = text.splitlines(keepends=True)
     of_data = [_DATA.match(line) is not None for line in lines]
     begins = [n for n in range(1, len(lines)) if of_data[n - 1] and not of_data[n]]
     blocks = list[TextTable]()
-    for first, last in pairwise([0, *begins, len(lines)]):
+    for first, last in pairwise([0, *begins, len(lines)] if len(begins) < MOST_BLOCKS else []):
+        part = b"".join(lines[first:last])
         if not any(of_data[first:last]):
             continue
-        part = b"".join(lines[first:last])
-        found = shape_of(part[:LOOK], layout, whole=len(part) < LOOK)
+        try:
+            found = shape_of(part[:LOOK], layout, whole=len(part) < LOOK)
+        except FricError:  # lines that are no table
+            return []
         if all(column.name.startswith("column ") for column in found.columns):  # a remark among the samples
             return []
         blocks.append(TextTable(path, layout, found, (first, part)))
     ends = [block.ends() for block in blocks if block.columns == table.columns]
-    falls = [{n for n in range(len(table.columns)) if new[0][n] < old[1][n]} for old, new in pairwise(ends)]
-    if not falls or not set.intersection(*falls):
+    if not ends or not begins_again(ends):
         return []
     said = [block.shape.preamble for block in blocks]
     key = next((key for key in said[0] if len({about.get(key) for about in said}) == len(said)), "")
@@ -856,11 +873,13 @@ class TextTable(ForeignTable):
                 if plain and number > self.shape.first:
                     yield number + above, content
 
-    def ends(self) -> list[list[float]]:
+    def ends(self) -> tuple[Real, Real]:
         """Return the first and the last row, NaN where a cell is no number."""
-        rows = (split(line, self.shape.delimiter) for _, line in (next(self._rows()), *deque(self._rows(), 1)))
-        width, decimal = len(self.columns), self.shape.decimal
-        return [[number(cell.replace(decimal, ".")) for cell in [*row, *[""] * width][:width]] for row in rows]
+        found, width = [], len(self.columns)
+        for _, line in (*islice(self._rows(), 1), *deque(self._rows(), 1)):
+            cells = [*split(line, self.shape.delimiter), *[""] * width][:width]
+            found.append(np.array([number(cell.replace(self.shape.decimal, ".")) for cell in cells]))
+        return (found[0], found[1]) if found else (np.full(width, np.nan),) * 2
 
     def _opened(self, encoding: str | None) -> IO[Any]:
         if self._part is None:
