@@ -96,7 +96,7 @@ def measured_view(measured: Measured, key: str, tolerance: float | None) -> dict
     caption = "Left: deviation of the radius. Right: the glitch over the time after each reversal."
     caption += " Solid: measured; dashed: predicted." if held else ""
     title = f"ircle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
-    of = " and ".join(test.names).upper()
+    of = " and ".join(name.upper() for name in test.names)
     said = f"{measured.source}, c{title}: measured glitch of {of} at most {readable(glitch, 'm', 3)}"
     if tolerance is not None:
         said += ", within the tolerance" if glitch <= tolerance else ", beyond the tolerance"
