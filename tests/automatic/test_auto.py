@@ -1165,3 +1165,9 @@ def test_a_mapping_of_circles_gives_the_circle_among_the_logs(tmp_path):
         found = find_sources([logs], [str(tmp_path / f"{name}.yaml") for name in names])
         assert found.traces == {logs / "circle.csv": str(tmp_path / "circle.yaml")}
         assert sorted(log.path.name for log in found.logs) == ["log_0.csv", "log_1.csv", "log_2.csv"]
+    both = f"fric: mapping/1\nparts:\n- kind: circle\n  columns:\n{columns.replace('  ', '    ')}"
+    (tmp_path / "both.yaml").write_text(f"{both}- axis: x\n  columns: {of}\n", encoding="utf-8")
+    found = find_sources([logs], [str(tmp_path / "both.yaml")])
+    assert (found.traces, len(found.logs)) == ({logs / "circle.csv": str(tmp_path / "both.yaml")}, 3)
+    done = fric.ingest_circles(logs / "circle.csv", output=tmp_path / "circle.h5", mapping=tmp_path / "both.yaml")
+    assert len(done.done.tests) == 1

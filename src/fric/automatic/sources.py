@@ -35,7 +35,7 @@ from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import OPPOSES, Signs
 from fric.io.ingest import ingest as read_foreign
-from fric.io.ingest_circle import StatedCircle, circle_plan, holds_circle, ingest_circles
+from fric.io.ingest_circle import StatedCircle, circle_plan, holds_circle, ingest_circles, part_of
 from fric.io.pairs import with_joined
 from fric.io.propose import (
     AT_REST,
@@ -420,13 +420,14 @@ def _mapped(
 
     A mapping of circles gives the circle that a file holds, beside its logs or alone.
     """
-    of_circles, first = [name for name in mappings if holds_circles(name)], ""
-    for mapping in of_circles:
-        if share := _share_on_circles(path, mapping):
+    first = ""
+    for mapping in mappings:
+        fits = _tried(lambda: part_of(mapping_of(mapping), path))  # noqa: B023
+        if fits and (share := _share_on_circles(path, mapping)):
             found.traces[path] = mapping
             if share > ON_CIRCLES:
                 return ""
-    for meaning in (*(name for name in mappings if name not in of_circles), None):
+    for meaning in (*(name for name in mappings if not holds_circles(name)), None):
         why = _foreign(path, meaning, found, seen, assume=assume, axis=axis)
         if not why or (meaning and "there is no column" not in why):
             return why

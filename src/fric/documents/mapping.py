@@ -160,11 +160,15 @@ class MappingDocument(Document, FileMapping, type="mapping"):
         return next(iter(self.all_of(path, names, axis)), None)
 
     def all_of(self, path: Path, names: Collection[str], axis: str | None = None) -> list[FileMapping]:
-        """Return the mappings of a file, one for each of its axes."""
+        """Return the mappings of a log, one for each of its axes."""
         if not self.parts:
             return [self]
-        fitting = [part for part in self.parts if part.fits(path, names)]
+        fitting = [part for part in self.parts if part.kind != CIRCLE and part.fits(path, names)]
         return [mapping for mapping in fitting if axis == mapping.axis] or fitting
+
+    def of_circle(self, path: Path, names: Collection[str]) -> FileMapping | None:
+        """Return the mapping of a circle test with columns of these names; None where it is none."""
+        return next((part for part in self.parts or [self] if part.kind == CIRCLE and part.fits(path, names)), None)
 
 
 def _taken_apart(stem: str, literals: list[str]) -> tuple[str, ...] | None:

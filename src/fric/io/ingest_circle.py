@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, pi
@@ -14,9 +15,9 @@ import numpy as np
 from fric.arrays import Real
 from fric.circles.measured import CHANNELS, AxisTrace, Instrument, MeasuredCircle
 from fric.circles.revolutions import find_circles, fit_circle, rounded
-from fric.columns import BALL_BAR, CIRCLE
+from fric.columns import BALL_BAR
 from fric.documents.base import provenance
-from fric.documents.mapping import ColumnMapping, MappingDocument, filled
+from fric.documents.mapping import ColumnMapping, FileMapping, MappingDocument, filled
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.files import COLUMNS_BY_CONTENT, NO_REFERENCE, RADIUS_ASSUMED, THERE_ALREADY
@@ -40,7 +41,7 @@ SILENT = frozenset({"position", "pos", "axis", "value", "lage", "achse", "wert"}
 
 
 def circle_plan(
-    table: ForeignTable, mapping: MappingDocument | None, sampling: float | None, fields: Mapping[str, str]
+    table: ForeignTable, mapping: FileMapping | None, sampling: float | None, fields: Mapping[str, str]
 ) -> tuple[ColumnPlan, list[Notice]]:
     """Return where each channel of a circle test comes from, and what had to be assumed for it.
 
@@ -213,17 +214,18 @@ def ingest_circles(
         if (digest := digest_of(source)) in known:
             warnings.append(THERE_ALREADY.found(str(source), record=""))
             continue
-        if mapping and any(part.kind != CIRCLE for part in mapping.parts):
+        part = part_of(mapping, source) if mapping and mapping.parts else mapping
+        if mapping and not part:
             channels, motion = _of_axes(source, mapping, bad_cells)
             samples += len(channels["time"])
             found += _tests(channels, motion, stated, str(source), digest)
             continue
         refused, tests = list[FricError](), list[MeasuredCircle]()
-        for table in tables(source, mapping.format if mapping else None):
+        for table in tables(source, part.format if part else None):
             fields = {"stem": source.stem, "name": source.name, **table.constants}
-            fields = mapping.fields(fields, str(source)) if mapping else fields
+            fields = part.fields(fields, str(source)) if part else fields
             try:
-                chosen, text = circle_plan(table, mapping, stated.sampling, fields)
+                chosen, text = circle_plan(table, part, stated.sampling, fields)
                 channels = _whole(table, chosen, bad_cells == "drop", progress or (lambda _: None))
                 tests += _tests(channels, chosen.motion, stated, str(source), digest)
             except FricError as error:
@@ -241,6 +243,14 @@ def ingest_circles(
         warnings += [RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m")) for test in blind]
     write_circles(output, [*held, *found], json.dumps(provenance() | {"format": FORMAT}), force=force or append)
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)), beside)
+
+
+def part_of(mapping: MappingDocument | None, source: Path) -> FileMapping | None:
+    """Return the mapping, or its part, of a file that holds a circle test; None where it has none of it."""
+    if mapping is None:
+        return None
+    with closing(tables(source, mapping.format)) as opened:
+        return mapping.of_circle(source, {column.name for table in opened for column in table.columns})
 
 
 def holds_circle(table: ForeignTable) -> bool:

@@ -121,7 +121,7 @@ def axes_mapped(mapping: MappingDocument, path: Path) -> list[str | None]:
     """Return the axes that a mapping has of a file; none where it does not fit, or the file is no log."""
     with suppress(FricError), closing(tables(path, mapping.format)) as opened:
         names = [column.name for column in next(opened).columns]
-        return list(dict.fromkeys(part.axis for part in mapping.parts or [mapping] if part.fits(path, names)))
+        return list(dict.fromkeys(part.axis for part in mapping.all_of(path, names) if part.fits(path, names)))
     return []
 
 

@@ -37,6 +37,7 @@ from fric.records.preparation import Own, Preparation
 from fric.records.recognition import kind_of
 from fric.records.resolution import clipped, drive_off
 from fric.records.segments import finer, travelled
+from fric.units import is_effort
 
 if TYPE_CHECKING:
     from fric.friction import FrictionModel
@@ -275,8 +276,10 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
             motion = filtered_motion(log, filters)
         else:
             motion = smooth_motion(log.time, position)
-    # the lag of force and position is uniform within a sample; without a plant the delay is not known either
-    timing = float(np.median(np.diff(log.time))) / np.sqrt(12.0) * (1.0 if plant else 2.0)
+    # the lag of force and position is uniform within a sample; without a plant the delay is not known either, nor is it
+    # of an effort that no response shows: measured, it acts at once, and a drive's command acts T_d later
+    step, unseen = float(np.median(np.diff(log.time))), given.T_d if is_effort(log.motion) and lag == given.T_d else 0.0
+    timing = np.hypot(step * (1.0 if plant else 2.0), unseen) / np.sqrt(12.0)
     reversals = find_reversals(position)
     done = Preparation(source, given.T_d - lag, float(timing), motion.step, starts=not hidden.any())
     force = acting_force(log.time, force, done.delay)

@@ -253,4 +253,5 @@ def holds_circles(mapping: MappingDocument | Path | str | None = None, kind: str
     kind: The kind that is stated.
     """
     found = mapping_of(mapping)
-    return (kind or (found.kind if found else None)) == CIRCLE
+    kinds = {part.kind for part in found.parts or [found]} if found else set()
+    return kind == CIRCLE if kind else kinds == {CIRCLE}

@@ -1232,16 +1232,18 @@ def _unit(name: str, channel: str, motion: Motion) -> str:
 def effort_estimates(motion: Motion, delay: float | None = None, seen: Estimate | None = None) -> dict[str, Estimate]:
     """Return A = 0, K_f = 1 and T_d of a drive whose effort was logged: what is viscous behind it is friction.
 
-    The effort acts when it is logged, and is late behind what the controller asks for.
+    A measured effort acts when it is logged, and is late behind what the controller asks for; a drive's command acts
+    later, as a response to it shows: ``force_lag = T_d - seen``, which is 0 where T_d is the delay seen.
 
     delay: T_d [s], where it is known.
-    seen: T_d of a response to the effort. Unless it is longer, T_d of a current loop is assumed.
+    seen: Delay of the motion in a response to the effort. Unless it is longer, T_d of a current loop is assumed.
     """
     loop = Estimate(OF_EFFORT, si_unit("time", motion), assumed=True)
     T_d = loop if delay is None else replace(loop, value=delay, assumed=False, fixed=True)
     T_d = seen if seen is not None and delay is None and float(seen) > float(loop) else T_d
     A, K_f = (Estimate(x, si_unit(d, motion), fixed=True) for x, d in ((0.0, "rate"), (1.0, "force per input")))
-    return {"A": A, "T_d": T_d, "K_f": K_f, "force_lag": T_d}
+    lag = T_d if seen is None else Estimate.around(float(T_d) - float(seen), T_d.unit, seen.half_width)
+    return {"A": A, "T_d": T_d, "K_f": K_f} | ({} if T_d is seen else {"force_lag": lag})
 
 
 def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
