@@ -561,7 +561,9 @@ def nothing(evidence: Evidence) -> str:
             others = f"{n} other circle{'s agree' if n > 1 else ' agrees'}"
             differs = f"{_circle_apart(evidence).stem} differs from its prediction, and {others}"
         lags = any(notice.code == LOOP_LAGS.code and notice.severity == "wrong" for notice in evidence.distrust)
-        cause = "the drive feeds no velocity forward." if lags else "was a compensation on?"
+        lost = any("backlash" in str(notice.values.get("cause")) for notice in evidence.disagreements)
+        cause = "is there backlash?" if lost else "was a compensation on?"
+        cause = "the drive feeds no velocity forward." if lags else cause
         return f"No scheme is recommended: {differs}. Find out why first: {cause}"
     if evidence.far and evidence.glitches:
         predicted, measured = (readable(glitch, "m", 3) for glitch in evidence.glitches)

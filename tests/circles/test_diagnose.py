@@ -251,6 +251,14 @@ def test_disagreement_is_told_with_its_cause(table):
         static = replace(friction.static, F_c=friction.static.F_c * level, F_s=friction.static.F_s * level)
         return replace(axis, friction=replace(friction, static=static, k=tuple(k * level for k in friction.k)))
 
+    run = measured_from_run(run_circle(table, scheme("a"), Circle()))
+    x = run.axes["x"]
+    assert x.reference is not None
+    moved = replace(x, position=x.position - 6e-6 * np.sign(np.gradient(x.reference)))
+    lost = diagnose([replace(run, axes={**run.axes, "x": moved})])
+    causes = agreement(lost, real, None, "a", 0.25e-6).causes
+    assert {causes[name] for name in causes if name[1:] == "x"} == {"backlash"}
+
     lower = seen(level=0.7)
     assert not lower.all_agree
     assert lower.said == "differs"

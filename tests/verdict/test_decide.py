@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fric
+from fric.circles.diagnose import CAUSES
 from fric.circles.prediction import Predicted, Prediction
 from fric.control.q_filter import QFilter
 from fric.control.scheme import PAPER_SCHEMES
@@ -334,6 +335,14 @@ def test_a_machine_that_differs_from_its_circle_is_tuned_before_it_is_exported()
     doubted = decide(evidence(*schemes, distrust=[unused], **names))
     assert doubted.why
     assert [text.split()[1] for text in doubted.next] == ["ingest"]  # an export would be refused; such a log mends it
+
+
+def test_a_reversal_error_that_is_not_predicted_is_asked_about() -> None:
+    """"Was a compensation on?" was asked of an axis whose causes begin with a reversal error of 12 µm."""
+    schemes = leaves("a", 20, 20 * LEVEL), leaves("c", 2, 2 + RNG.random(200))
+    for cause, asked in ((CAUSES["backlash"], "is there backlash?"), (CAUSES["level"], "was a compensation on?")):
+        differs = NOT_AS_PREDICTED.found("c.h5", quadrant="+x", measured=30 * UM, predicted=20 * UM, cause=cause)
+        assert decide(evidence(*schemes, disagreements=[differs])).headline.endswith(asked)
 
 
 @pytest.mark.parametrize(("predicted", "decided"), [(30 * UM, True), (44 * UM, False), (11 * UM, False)])

@@ -595,7 +595,9 @@ CAUSES = {  # The sentence of a disagreement, by what differs
     "width": "the width: the stiffness before sliding differs",
     "place": "the place: the delay differs",
     "sign": "the sign: gravity, or the direction of the axis",
+    "backlash": "motion is lost at the reversal: backlash",
 }
+BACKLASH = 0.3  # Share of a measured glitch from which a reversal error that is not predicted is its likely cause
 WIDE = 0.5  # Share of a predicted glitch from which its interval is wide
 
 
@@ -681,7 +683,10 @@ def agreement(
         low, high = intervals[name] if intervals else (said.ci95[0] - step, said.ci95[1] + step)
         agrees[name] = found.ci95[0] <= high and found.ci95[1] >= low
         if not agrees[name]:
-            causes[name] = _cause(found, said, pulses[name], other[name])
+            lost, foreseen = (of.geometry[f"backlash.{name[1:]}"] for of in (measured, predicted))
+            more = abs(float(lost)) - abs(float(foreseen))
+            backlash = more > max(BACKLASH * abs(found.value), 2.0 * (lost.half_width + foreseen.half_width))
+            causes[name] = "backlash" if backlash else _cause(found, said, pulses[name], other[name])
     warnings = [PREDICTION_WITHOUT_INTERVAL.found()] if intervals is None else []
     if causes:
         words = "; ".join(

@@ -84,9 +84,9 @@ class ReversalPulse(ControlBlock):
     asks = "the reference alone: its velocity and reversals; a table of twenty voltages, four states"
     step = _step
 
-    slow: Annotated[float, Parameter("input", -100.0, 100.0, "amplitude at a slow reversal", typical=0.0)]
-    middle: Annotated[float, Parameter("input", -100.0, 100.0, "amplitude at a middling reversal", typical=0.0)]
-    fast: Annotated[float, Parameter("input", -100.0, 100.0, "amplitude at a fast reversal", typical=0.0)]
+    slow: Annotated[float, Parameter("input", -1e5, 1e5, "amplitude at a slow reversal", typical=0.0)]
+    middle: Annotated[float, Parameter("input", -1e5, 1e5, "amplitude at a middling reversal", typical=0.0)]
+    fast: Annotated[float, Parameter("input", -1e5, 1e5, "amplitude at a fast reversal", typical=0.0)]
     decay: Annotated[float, Parameter("time", 1e-4, 10.0, "decay of the pulse", typical=0.01)]
     slow_at: Annotated[float, Parameter("acceleration", 1e-6, 1e3, "acceleration of a slow one")] = ACCELERATIONS[0]
     middle_at: Annotated[float, Parameter("acceleration", 1e-6, 1e3, "of a middling one")] = ACCELERATIONS[1]

@@ -62,7 +62,7 @@ class SlidingMode(ControlBlock):
 
     gain: Annotated[float, Parameter("velocity gain", 1e-3, 1e6, "slope of the line in the layer", typical=80.0)]
     slope: Annotated[float, Parameter("rate", 0.1, 1e4, "slope of the sliding surface", typical=80.0)]
-    reach: Annotated[float, Parameter("input", 1e-3, 1e3, "voltage outside the layer", typical=1.0)]
+    reach: Annotated[float, Parameter("input", 1e-6, 1e6, "voltage outside the layer", typical=1.0)]
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:
