@@ -251,19 +251,19 @@ def test_disagreement_is_told_with_its_cause(table):
         static = replace(friction.static, F_c=friction.static.F_c * level, F_s=friction.static.F_s * level)
         return replace(axis, friction=replace(friction, static=static, k=tuple(k * level for k in friction.k)))
 
-    run = measured_from_run(run_circle(table, scheme("a"), Circle()))
-    x = run.axes["x"]
-    assert x.reference is not None
-    moved = replace(x, position=x.position - 6e-6 * np.sign(np.gradient(x.reference)))
-    lost = diagnose([replace(run, axes={**run.axes, "x": moved})])
-    causes = agreement(lost, real, None, "a", 0.25e-6).causes
-    assert {causes[name] for name in causes if name[1:] == "x"} == {"backlash"}
-
     lower = seen(level=0.7)
     assert not lower.all_agree
     assert lower.said == "differs"
     assert set(lower.causes.values()) == {"level"}
     assert "model-disagrees" in {warning.code for warning in lower.warnings}
+
+    raised = replace(table, axes={name: changed(axis, level=1.3) for name, axis in table.axes.items()})
+    run = measured_from_run(run_circle(raised, scheme("a"), Circle()))
+    x = run.axes["x"]
+    assert x.reference is not None
+    moved = replace(x, position=x.position - 6e-6 * np.sign(np.gradient(x.reference)))
+    causes = agreement(diagnose([replace(run, axes={**run.axes, "x": moved})]), real, None, "a", 0.25e-6).causes
+    assert ({causes["+x"], causes["-x"]}, {causes["+y"], causes["-y"]}) == ({"backlash"}, {"level"})
 
 
 def test_an_axis_without_a_model_errs_as_measured_in_the_prediction():
