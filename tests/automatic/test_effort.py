@@ -12,6 +12,7 @@ from fric.automatic.sources import MOTION, Source, Sources, find_sources
 from fric.automatic.steps import Session, axis_steps, identify_axes, take_efforts
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.documents.friction import FrictionDocument
+from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import dump, read_document
 from fric.errors import FricError
@@ -24,6 +25,7 @@ from fric.results.given_models import friction_of
 from fric.units import MOTIONS, SI_UNITS, Motion, factor, is_effort, of_effort, of_force, parse, si_unit
 
 DATA = Path(__file__).parents[2] / "data"
+AXIS = read_machine("virtual-rig").axis("x")
 M, F_v, F_c = 2.5, 9.0, 1.8  # [A·s²/m], [A·s/m], [A]
 
 
@@ -209,6 +211,26 @@ def test_the_effort_alone_decides_as_effort_and_voltage_do(tmp_path: Path):
     assert measured == pytest.approx(left, rel=0.05)
     assert friction.section("gms")
     assert found.verdict.choice.scheme.name == "c"
+
+
+def test_a_voltage_alone_identifies_the_friction_in_volts(tmp_path: Path) -> None:
+    """Static map, GMS and circle were "missing … no force was logged", and no log of such a drive has any."""
+    for name in ("constant-velocity", "presliding-sine", "sliding-sine", "frequency-response"):
+        write_logs(tmp_path / f"{name}.h5", [replace(log, force=None) for log in read_logs(DATA / f"{name}.h5")])
+    take_efforts(found := find_sources([tmp_path]))
+    assert {log.motion for log in found.logs} == {"linear/V/V"}
+    taken = axis_steps(found.logs, tmp_path / "out")
+    commands = [step.command for step in taken.steps]
+    assert {f"identify {what}" for what in ("plant", "static", "gms")} | {"design observer"} <= {*commands}
+    assert taken.missing == []
+    strokes = [replace(log, force=None, motion="linear/V/V") for log in read_logs(DATA / "constant-velocity.h5")]
+    friction = fric.identify_static(strokes)
+    low, high = friction.F_c.ci95
+    mean = 0.5 * (AXIS.friction.model.static.F_c + AXIS.friction.negative.F_c)
+    assert low < mean / AXIS.plant.K_f < high < 1.1 * low
+    write_logs(tmp_path / "sliding-sine.h5", read_logs(DATA / "sliding-sine.h5"), force=True)  # K_f is in it
+    take_efforts(found := find_sources([tmp_path]))
+    assert {log.motion for log in found.logs} == {"linear"}
 
 
 def test_strokes_give_the_plant_where_another_motion_gives_none(tmp_path: Path) -> None:

@@ -338,7 +338,7 @@ def test_a_machine_that_differs_from_its_circle_is_tuned_before_it_is_exported()
 
 
 def test_a_reversal_error_that_is_not_predicted_is_asked_about() -> None:
-    """"Was a compensation on?" was asked of an axis whose causes begin with a reversal error of 12 µm."""
+    """ "Was a compensation on?" was asked of an axis whose causes begin with a reversal error of 12 µm."""
     schemes = leaves("a", 20, 20 * LEVEL), leaves("c", 2, 2 + RNG.random(200))
     for cause, asked in ((CAUSES["backlash"], "is there backlash?"), (CAUSES["level"], "was a compensation on?")):
         differs = NOT_AS_PREDICTED.found("c.h5", quadrant="+x", measured=30 * UM, predicted=20 * UM, cause=cause)

@@ -60,7 +60,7 @@ from fric.output import folder_made, written
 from fric.process import tried as say_step
 from fric.records.flaws import blocks_lost, evened, two_encoders
 from fric.records.holding import holds, is_holding_map
-from fric.records.inspection import Inspection, TableInspection, excites, inspect, is_at_rest
+from fric.records.inspection import Inspection, ResponseInspection, TableInspection, excites, inspect, is_at_rest
 from fric.records.modes import switched
 from fric.records.resolution import STUCK
 from fric.records.segments import travelled
@@ -110,6 +110,7 @@ class Source:
     loaded: bool = False  # Whether a record has the position of the load, by a second encoder
     lacks: str = ""  # Why its records show no friction
     unfit: str = ""  # Why a record does not show what its kind is for
+    in_volts: frozenset[str] = frozenset()  # Uses of its records where their voltage is the effort
     uneven: str = ""  # Why a motion that excites the mass shows no plant
     efforts: frozenset[str] = frozenset()  # Those of force and input that a record of it has
     rates: tuple[float, ...] = ()  # Rates of its records whose input changes at nearly every sample [Hz]
@@ -368,7 +369,8 @@ def _own(path: Path, asking: dict[Path, str]) -> str | None:
 def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     records = [part for record in records for part in in_one_mode(record)]
     inspected = [inspect(record, flaws=False) for record in records]
-    uses = frozenset(use.purpose for inspection in inspected for use in inspection.uses if use.good)
+    uses, alone = _uses(inspected), [*map(_in_volts, records)]
+    in_volts = _uses([inspect(log, flaws=False) for log in alone if log]) if all(alone) else frozenset()
     uses |= {MOTION} if True in (moving := [*map(_excites, records)]) else set()
     kinds = frozenset(str(inspection.kind) for inspection in inspected)
     both = all(isinstance(record, Log) and record.force is not None and record.input is not None for record in records)
@@ -391,8 +393,20 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     rates = tuple(rate for log in records if isinstance(log, Log) and (rate := _renewed(log)))
     return Source(
         path, axis, motion, kinds, uses, mapping, both, driven, strokes, loaded=loaded, lacks=lacks, efforts=efforts,
-        rates=rates, unfit=next(unfit, ""), uneven=next((why for why in moving if isinstance(why, str)), ""),
+        rates=rates, unfit=next(unfit, ""), in_volts=in_volts,
+        uneven=next((why for why in moving if isinstance(why, str)), ""),
     )  # fmt: skip
+
+
+def _uses(inspected: Iterable[Inspection | TableInspection | ResponseInspection]) -> frozenset[str]:
+    return frozenset(use.purpose for inspection in inspected for use in inspection.uses if use.good)
+
+
+def _in_volts(record: Record) -> Log | None:
+    """Return a record of a voltage alone with its friction in volts, as a controller compensates it; else None."""
+    if not isinstance(record, Log) or record.force is not None or record.input is None:
+        return None
+    return replace(record, motion="rotary/V/V" if rotates(record.motion) else "linear/V/V")
 
 
 def _renewed(log: Log) -> float:

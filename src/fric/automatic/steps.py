@@ -36,7 +36,7 @@ from fric.results.ingest import ingest, ingest_circles
 from fric.results.kinds import EncoderName
 from fric.results.simulate import circle
 from fric.simulate.processes import default_workers, outcomes
-from fric.units import Motion, is_effort, of_effort, rotates
+from fric.units import Motion, drive_unit, is_effort, of_effort, rotates
 
 ALONE = 2  # Number of axes that are identified before other processes have started
 BYTES = 5e8  # Memory of a process that identifies an axis, about [byte]
@@ -420,11 +420,13 @@ def take_efforts(found: Sources) -> None:
     for axis in sorted({log.axis for log in found.logs}):
         of_axis = [log for log in found.logs if log.axis == axis]
         efforts = frozenset[str]().union(*(log.efforts for log in of_axis))
-        shaken = any("frequency-response" in log.kinds and log.efforts != {"force"} for log in of_axis)
-        if len(efforts) == 1 and not shaken:
+        if len(efforts) == 1:
             moves: Motion = "rotary/V" if rotates(of_axis[0].motion) else "linear/V"
             motion = of_effort(moves if "input" in efforts else of_axis[0].motion)
-            taken = [replace(log, mapping=log.mapping or "", driven=True, motion=motion) for log in of_axis]
+            taken = [
+                replace(log, mapping=log.mapping or "", driven=True, motion=motion, uses=log.uses | log.in_volts)
+                for log in of_axis
+            ]  # fmt: skip
             found.logs = [*(log for log in found.logs if log not in of_axis), *taken]
 
 
@@ -581,7 +583,8 @@ def axis_steps(
         controller = folder / "controller.yaml"
         asked = {"sampling": rate and f"{rate!r} Hz"}
         steps.append(step(f"{axis}: controller", "design controller", [plant], asked, output=controller))
-    if responses and controller and not effort:  # a force that acts when it is logged does not show the delay
+    measured = effort and drive_unit(logs[0].motion) != "V"
+    if responses and controller and not measured:  # a force that acts when it is logged does not show the delay
         read = [plant, *responses[:1]]
         named = [record.name for record in read_records(responses[0]) if record.kind == "frequency-response"]
         options = {"controller": controller, "record": named[0] if len(named) > 1 else None}
@@ -592,6 +595,6 @@ def axis_steps(
             )
         )  # fmt: skip
     else:
-        seen = ": a logged current does not show the delay of the drive before it" * (effort and bool(responses))
+        seen = ": a logged current does not show the delay of the drive before it" * (measured and bool(responses))
         missing += [NO_OBSERVER + seen] if controller else [NO_CONTROLLER, NO_OBSERVER]
     return AxisSteps(steps, missing)
