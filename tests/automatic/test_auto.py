@@ -104,18 +104,23 @@ def test_what_was_found_says_which_one_more_record_narrows_it(first, folder):
     assert all(np.isfinite([candidate.half_width, candidate.scatter]).all() for candidate in found)
 
 
-def test_a_file_that_counts_the_other_way_than_those_beside_it_is_left_out_and_named(tmp_path):
-    """One mapping served all, and no file was held against it: "log faster" was said of a turned force."""
+@pytest.mark.parametrize("unit", ["Fm [N]", "Fm"])
+def test_a_file_that_counts_the_other_way_than_those_beside_it_is_turned_and_named(tmp_path, unit):
+    """It was left out: a folder of turned strokes lost its response and sines. Each is turned by its own friction."""
     t = np.arange(6000) * 1e-3
     for n, sign in enumerate((1, 1, -1)):
         z = (8.0 - 2.0 * n) * np.sin(2 * np.pi * t / 3.0)
         force = sign * 20.0 * np.sign(np.gradient(z)) + np.random.default_rng(n).normal(size=len(t))
-        rows, header = np.column_stack([t, z, force]), "Zeit [s];Weg [mm];Fm [N]"
+        rows, header = np.column_stack([t, z, force]), f"Zeit [s];Weg [mm];{unit}"
         np.savetxt(tmp_path / f"log_{n}.csv", rows, "%.5f", ";", header=header, comments="")
-    found = find_sources([tmp_path], proposals=tmp_path / "maps")
-    assert sorted(log.path.name for log in found.logs) == ["log_0.csv", "log_1.csv"]
-    (why,) = (notice for notice in found.description if "log_2.csv" in str(notice) and notice.severity != "note")
-    assert "by these signs friction drives the axis" in str(why)
+    found = find_sources([tmp_path], proposals=tmp_path / "maps", assume=True)
+    assert sorted(log.path.name for log in found.logs) == ["log_0.csv", "log_1.csv", "log_2.csv"]
+    (why,) = (notice for notice in found.description if notice.code == "force-by-file")
+    assert "log_2.csv" in str(why)
+    for log in found.logs:
+        fric.ingest(log.path, output=tmp_path / "log.h5", mapping=log.mapping or None, force=True)
+        (read,) = read_logs(tmp_path / "log.h5")
+        assert np.mean(read.force * np.gradient(read.position)) > 0.0
 
 
 def test_what_is_up_to_date_is_not_done_again(first, folder):
@@ -1136,8 +1141,10 @@ def test_the_sign_of_a_force_is_that_of_most_files(tmp_path):
         np.savetxt(logs / f"a{n}.csv", rows * [1.0, 1.1 + n, factor], "%.5f", ",", header="Zeit [s],Weg [mm],Fm [N]",
                    comments="")  # fmt: skip
     found = find_sources([logs], proposals=tmp_path / "maps")
-    assert sorted(log.path.name for log in found.logs) == ["a1.csv", "log_0.csv", "log_1.csv", "log_2.csv"]
-    assert any("a0.csv" in str(notice) and "counts the other way" in str(notice) for notice in found.description)
+    assert sorted(log.path.name for log in found.logs) == ["a0.csv", "a1.csv", "log_0.csv", "log_1.csv", "log_2.csv"]
+    assert [str(notice.values["files"]) for notice in found.description if notice.code == "force-by-file"] == [
+        str(logs / "a0.csv")
+    ]
 
 
 def test_logs_that_are_left_out_beside_a_circle_are_the_reason_of_the_verdict(tmp_path):

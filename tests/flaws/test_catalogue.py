@@ -567,7 +567,7 @@ WITHOUT = """
     channels-without-time scope-scale cycle-assumed there-already radius-assumed no-reference columns-by-content
     columns-left-out cells-dropped samples-missing unit-failed no-log file-copies file-left-out file-unused
     mapping-bundled mapping-proposed mapping-ambiguous mapping-beside step-failed record-left-out folders-together
-    position-unit-differs effort-smoothed
+    position-unit-differs effort-smoothed force-by-file
     gains-designed circle-failed plan-typical plan-not-enough
     plan-left-over plan-plant-unsure plan-friction-alone plan-accuracy
 """

@@ -3,7 +3,7 @@
 import re
 import shlex
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
 from filecmp import cmp
@@ -26,6 +26,7 @@ from fric.flaws.files import (
     FILE_COPIES,
     FILE_LEFT_OUT,
     FOLDERS_TOGETHER,
+    FORCE_BY_FILE,
     MAPPING_AMBIGUOUS,
     MAPPING_BESIDE,
     MAPPING_BUNDLED,
@@ -178,9 +179,11 @@ def find_sources(
     if asking and proposals and not mappings:
         places = [*(path if path.is_dir() else path.parent for path in given[:1]), proposals]
         turned = {path: why for path, why in asking.items() if why.startswith(OPPOSES)}
-        if turned and not any("force" in log.efforts for log in found.logs):  # all count so: friction tells the sign
+        if turned:  # friction tells the sign
+            files, some = first_of([*turned]), any("force" in log.efforts for log in found.logs)
             _guessed(turned, places, found, seen, assume=assume, ask=ask, spent=spent, every=True)
             asking = {path: why for path, why in asking.items() if not why.startswith(OPPOSES)} | turned
+            found.description += [FORCE_BY_FILE.found(files=files)] if some and not turned else []
         _guessed(asking, places, found, seen, assume=assume, ask=ask, spent=spent)
     for path in [path for path, why in asking.items() if why == LACKS_FORCE]:
         if not (why := _read(path, "", found, seen, assume=assume)):
@@ -278,17 +281,33 @@ def _guessed(
         axis, together = part.axis.name if len(wanted) > 1 else None, len(part.files) > 1
         read = partial(_read, mapping=str(file), found=found, seen=seen, axis=axis, assume=assume, together=together)
         before, whys = len(seen), {path: read(path) for path in part.files}
-        turned, force = [path for path, why in whys.items() if why.startswith(TURNED)], part.axis.roles.get("force")
-        if force and 2 * len(turned) > len(whys):  # what most of the files show is right
+        force = part.axis.roles.get("force")
+        if force and 2 * len(_against(whys)) > len(whys):  # what most of the files show is right
             part.axis.roles["force"] = replace(force, sign=-force.sign)
             written(file, sure.text(), force=True)
             found.logs = [log for log in found.logs if log.path not in whys]
             found.copies = [path for path in found.copies if path not in whys]
             del seen[before:]
             whys = {path: read(path) for path in whys}
+        if force and 0 < len(turned := _against(whys)) < len(whys):  # the others count the other way: a part for each
+            roles = part.axis.roles
+            of_others = {**roles, "force": replace(roles["force"], sign=-roles["force"].sign)}
+            parts = (
+                replace(part, files=tuple(path for path in whys if path not in turned)),
+                replace(part, files=tuple(turned), axis=replace(part.axis, roles=of_others)),
+            )
+            sure = replace(sure, found=(*(other for other in sure.found if other is not part), *parts))
+            written(file, sure.text(), force=True)
+            whys |= {path: read(path) for path in turned}
+            found.description.append(FORCE_BY_FILE.found(files=first_of(turned)))
         for path in whys:
             asking.pop(path, None)
         asking |= {path: why for path, why in whys.items() if why}
+
+
+def _against(whys: Mapping[Path, str]) -> list[Path]:
+    """Return the files whose friction, by the signs that were guessed of all, would drive the axis."""
+    return [path for path, why in whys.items() if why.startswith(TURNED)]
 
 
 def _of_circle(part: Guess, parts: Iterable[Guess], found: Sources) -> bool:
