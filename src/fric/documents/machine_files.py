@@ -574,7 +574,10 @@ def _beyond_the_plant(plant: PlantPart, delay: float) -> Found:
 def _of_warnings(friction: FrictionDocument, plant: PlantPart) -> Found:
     parts = [friction, *([plant] if isinstance(plant, PlantDocument) else [])]
     coded = {notice.code: notice for part in parts for notice in part.notices() if notice.severity != "note"}
-    return ((name, share, str(text)) for text in coded.values() for name, share in flaw_of(text).widens.items())
+    return (
+        (name, float(text.values.get(share, 0.0)) if isinstance(share, str) else share, str(text))
+        for text in coded.values() for name, share in flaw_of(text).widens.items()
+    )  # fmt: skip
 
 
 def _number(given: Quantity | None) -> float:

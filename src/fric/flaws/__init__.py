@@ -51,7 +51,8 @@ def flaw_of(notice: Notice) -> Flaw:
 def entry(flaw: Flaw, head: str = "##") -> str:
     """Return what `fric help CODE` and the page say of a flaw, as Markdown: what was found, its effect, what to do."""
     effects = [EFFECTS.get(flaw.severity, "Severity depends on size: a note makes no number wrong, a doubt can.")]
-    errors = [f"{share:.0%} in {NAMED.get(name, name)}" for name, share in flaw.widens.items()]
+    shares = [(name, f"[{by}]" if isinstance(by, str) else f"{by:.0%}") for name, by in flaw.widens.items()]
+    errors = [f"{share} in {NAMED.get(name, name)}" for name, share in shares]
     effects += [f"Predictions allow for an error of {' and '.join(errors)}."] * bool(errors)
     effects += ["Varied machines that are fitted to a measured circle allow for it."] * flaw.circle_settles
     effects += ["No observer is trusted with it."] * flaw.no_response

@@ -39,8 +39,8 @@ class Flaw:
     says: str  # What is wrong, with named values
     mend: str = ""  # What to do
     _: KW_ONLY
-    widens: Mapping[str, float] = field(default_factory=dict)
-    """By parameter, the error of a prediction: 95 % lie within this share to either side."""
+    widens: Mapping[str, float | str] = field(default_factory=dict)
+    """By parameter, the error of a prediction: 95 % lie within this share, or that of this value, to either side."""
     circle_settles: bool = False
     """Whether a measured circle settles it: each machine that is drawn has the level of friction of that circle."""
     no_response: bool = False  # Whether it means that the response was not measured, so that an observer is a guess

@@ -26,9 +26,10 @@ FORCE_OVER_POSITION = Flaw("force-over-position", _severity,
     "{taken_off:Removed; nothing to do.|Log each speed over the same whole stroke: the map is of these places.}",
     widens={"level": 0.05}, circle_settles=True)
 FRICTION_OVER_POSITION = Flaw("friction-over-position", _severity,
-    "Friction depends on position: {varies:2} over {length:2} (rollers, alignment?).",
-    "{taken_off:Removed; nothing to do.|Log each speed over the same whole stroke: the map is of these places.}",
-    circle_settles=True)
+    "Friction depends on position: ±{share:.2g%} over {length:2} (rollers, alignment?).",
+    "{taken_off:The map is its mean: elsewhere the glitch differs.|"
+    "Log each speed over the same whole stroke: the map is of these places.}",
+    widens={"level": "share"}, circle_settles=True)
 FORCE_ALONG_AXIS = Flaw("force-along-axis", "note",
     "The force rises by {rises} over {length} (spring, cable, tilt): removed; the offset is at {middle}.")
 FALL_NOT_SEEN = Flaw("fall-not-seen", "doubt",

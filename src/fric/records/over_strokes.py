@@ -72,24 +72,30 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
     """Return the common variation of strokes over place; None if they do not agree, or are too few.
 
     Two strokes are compared over their common places, each without its mean and slope there. Noise differs between
-    strokes, so their covariance is the variance of their common part.
+    strokes, so their covariance is the variance of their common part. Friction that rises along the travel falls along
+    a stroke back, as nothing does that changes in time: it is compared with the slopes, too.
     """
     cut = [
-        (log.position[segment.start : segment.stop], log.force[segment.start : segment.stop], segment.velocity)
-        for log, segment in strokes if log.position is not None and log.force is not None
+        (log.position, log.force, segment) for log, segment in strokes
+        if log.position is not None and log.force is not None
     ]  # fmt: skip
     if len(cut) < 4:
         return None
-    low, high = min(z.min() for z, *_ in cut), max(z.max() for z, *_ in cut)
+    low, high = min(z[s.start : s.stop].min() for z, _, s in cut), max(z[s.start : s.stop].max() for z, _, s in cut)
     edges = np.linspace(low, high, PLACES + 1)
-    profiles = [(profile(z, F, edges), v) for z, F, v in cut]
-    same = _common([(a, b) for (a, v), (b, w) in combinations(profiles, 2) if v * w > 0.0 and v != w])
-    opposite = _common([(a, b) for (a, v), (b, w) in combinations(profiles, 2) if v * w < 0.0])
-    if same is None or opposite is None or not same.sure or same.correlation < STROKES_AGREE:
+    same, opposite = _of_directions([(z[s.start : s.stop], F[s.start : s.stop], s.velocity) for z, F, s in cut], edges)
+    # from the onset on: what rises along a stroke seems to settle
+    from_onset = [(z[s.onset : s.stop], F[s.onset : s.stop], s.velocity) for z, F, s in cut]
+    rising, falling = _of_directions(from_onset, edges, 0)
+    rises = 0.0
+    if rising is not None and falling is not None and rising.agrees and falling.sure:
+        rises = 0.5 * (rising.covariance - falling.covariance) * (falling.correlation < -STROKES_AGREE)
+    if same is None or opposite is None or not (same.agrees or rises > 0.0):
         return None
     # F = ±F_r + c ± w: strokes of one direction share c + w, and opposite strokes c² - w² on average
     across = opposite.covariance if opposite.sure else 0.0
     cogging, friction = (max(0.5 * (same.covariance + sign * across), 0.0) for sign in (1.0, -1.0))
+    friction = max(friction, rises)
     whole = cogging + friction
     return OverPlace(
         float(np.sqrt(cogging)) if cogging > MINOR * whole else 0.0,
@@ -158,6 +164,21 @@ class _Common(NamedTuple):
     sure: bool
     strokes: int
 
+    @property
+    def agrees(self) -> bool:
+        """Whether strokes of one direction show it."""
+        return self.sure and self.correlation >= STROKES_AGREE
+
+
+def _of_directions(
+    cut: Sequence[tuple[Real, Real, float]], edges: Real, less: int = 1
+) -> tuple[_Common | None, _Common | None]:
+    """Return the common part of positions, forces and velocities of strokes, of one direction and of opposite ones."""
+    profiles = [(profile(z, F, edges), v) for z, F, v in cut]
+    alike = [(a, b) for (a, v), (b, w) in combinations(profiles, 2) if v * w > 0.0 and v != w]
+    against = [(a, b) for (a, v), (b, w) in combinations(profiles, 2) if v * w < 0.0]
+    return _common(alike, less), _common(against, less)
+
 
 def profile(z: Real, F: Real, edges: Real) -> Real:
     """Return the mean force of a stroke at each place between edges; nan where it was not."""
@@ -166,13 +187,16 @@ def profile(z: Real, F: Real, edges: Real) -> Real:
     return np.where(count > 0, np.bincount(place, F, minlength=len(count)) / np.maximum(count, 1), np.nan)
 
 
-def _common(pairs: Sequence[tuple[Real, Real]]) -> _Common | None:
-    """Return the common part of the pairs that meet at enough places; None where there are fewer than three."""
+def _common(pairs: Sequence[tuple[Real, Real]], less: int = 1) -> _Common | None:
+    """Return the common part of the pairs that meet at enough places; None where there are fewer than three.
+
+    less: Degree of the polynomial over place that each stroke is taken without.
+    """
     found, seen = [], set()
     for a, b in pairs:
         if len(at := np.flatnonzero(np.isfinite(a) & np.isfinite(b))) < SHORTEST:
             continue
-        x, y = (array[at] - np.polynomial.Polynomial.fit(at, array[at], 1)(at) for array in (a, b))
+        x, y = (array[at] - np.polynomial.Polynomial.fit(at, array[at], less)(at) for array in (a, b))
         if (size := float(np.sqrt(np.mean(x * x) * np.mean(y * y)))) > 0.0:
             covariance = float(np.mean(x * y))
             found.append((covariance, float(np.clip(covariance / size, -0.999, 0.999)), len(at)))
@@ -180,11 +204,12 @@ def _common(pairs: Sequence[tuple[Real, Real]]) -> _Common | None:
     if len(found) < 3:
         return None
     covariance, correlation, places = np.array(found).T
+    long = places >= (0.0 if less else 0.5 * places.max())  # what rises along the travel is hardly seen in a short part
     z = np.arctanh(correlation)  # Fisher's: its spread does not depend on the correlation
     # each stroke is in many pairs: no more of them are independent than half of the strokes
     error = max(float(np.std(z, ddof=1)), 0.3) / np.sqrt(max(0.5 * len(seen), 1.0))
     return _Common(
-        float(np.average(covariance, weights=places)), float(np.median(correlation)),
+        float(np.average(covariance[long], weights=places[long])), float(np.median(correlation)),
         bool(abs(np.mean(z)) > SURE * error), len(seen),
     )  # fmt: skip
 
