@@ -297,14 +297,12 @@ def test_a_mapping_is_proposed_where_nothing_in_it_is_a_guess(tmp_path):
         write(tmp_path / f"{number}.csv", named, [*channels[:2], channels[2] + number])
     either = named.replace("actual ", "") + ";Y table position [mm]"  # neither is said to be the actual one
     write(tmp_path / "two.csv", either, [*channels, channels[1]])
-    write(tmp_path / "bare.csv", named.replace(" [N]", ""), channels)
     found = find_sources([tmp_path], proposals=tmp_path / "made")
     assert [(one.path.name, one.axis, one.mapping) for one in found.logs] == [
         (f"{number}.csv", "y", str(tmp_path / "made" / "mapping.yaml")) for number in range(2)
     ]
     told = " ".join(found.description)
     assert "two.csv: " in told
-    assert "bare.csv: " in told
     columns = read_document(tmp_path / "made" / "mapping.yaml", MappingDocument).columns
     assert (columns["position"].column, columns["force"].column) == ("Y actual position", "Motor force")
     again = fric.ingest(tmp_path / "0.csv", output=tmp_path / "0.h5", mapping=tmp_path / "made" / "mapping.yaml")
@@ -313,6 +311,10 @@ def test_a_mapping_is_proposed_where_nothing_in_it_is_a_guess(tmp_path):
     np.testing.assert_allclose(read.position, log.position, rtol=1e-6, atol=1e-12)
     np.testing.assert_allclose(read.force, log.force, rtol=1e-6, atol=1e-6)
     assert not find_sources([tmp_path / "0.csv"]).logs  # nobody said where a proposal may lie
+    write(tmp_path / "bare.csv", named.replace(" [N]", ""), [*channels[:2], channels[2] + 2.0])
+    told = find_sources([tmp_path / "bare.csv"], proposals=tmp_path / "made").description
+    assert "bare.csv: " in " ".join(told)  # alone, its force has no unit
+    assert len(find_sources([tmp_path], proposals=tmp_path / "made").logs) == 3
 
 
 def test_compounds_tell_channels_and_a_reference_of_another_unit_is_none(tmp_path):
@@ -1145,6 +1147,25 @@ def test_the_sign_of_a_force_is_that_of_most_files(tmp_path):
     assert [str(notice.values["files"]) for notice in found.description if notice.code == "force-by-file"] == [
         str(logs / "a0.csv")
     ]
+
+
+@pytest.mark.parametrize(
+    "header", ["time [ms];pos [mm];force [N];voltage [V]", "time [ms];position [mm];force [N];input [V]"]
+)
+def test_units_that_some_files_say_are_those_of_files_beside_them_without(tmp_path, header):
+    """A clock in ms was one in s on the circle: K_v of 0.1 1/s. Its y has no voltage, and was dropped."""
+    for n, log in enumerate(read_logs(DATA / "constant-velocity.h5")[::4]):
+        rows = np.column_stack([log.time * 1e3, log.position * 1e3, log.force, log.input])
+        np.savetxt(tmp_path / f"v{n}.csv", rows, "%.9g", ";", header=header, comments="")
+    x, y = read_circles(DATA / "circle.h5")[0].axes.values()
+    rows = np.column_stack([x.time, x.reference, x.position, 1e-3 * x.input, y.reference, y.position]) * 1e3
+    names = "time;x_ref;x_pos;x_volt;y_ref;y_pos"
+    np.savetxt(tmp_path / "circle.csv", rows, "%.9g", ";", header=names, comments="")
+    found = find_sources([tmp_path], proposals=tmp_path / "maps")
+    assert [path.name for path in found.traces] == ["circle.csv"]
+    (mapping,) = found.traces.values()
+    done = fric.ingest_circles(tmp_path / "circle.csv", output=tmp_path / "circle.h5", mapping=mapping or None)
+    assert done.done.tests[0].feed == pytest.approx(read_circles(DATA / "circle.h5")[0].feed, rel=1e-3)
 
 
 def test_logs_that_are_left_out_beside_a_circle_are_the_reason_of_the_verdict(tmp_path):

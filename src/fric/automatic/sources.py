@@ -84,6 +84,7 @@ _PAPER = re.compile(  # Names of documentation files beside logs
 )
 
 ON_CIRCLES = 0.5  # Share of a file on whole circles above which it is a circle test, and no log besides
+MOST_BESIDE = 8  # Files whose headers say their units for files beside them, at most
 MOST_ALIKE = 3  # Files of the same names in several folders, from which it is said that their records are pooled
 BROKEN = "samples are missing: the position jumps along with its reference"
 LEAVES_OUT = "`assume=True` leaves such samples out"  # What opens a log with bad cells
@@ -246,10 +247,13 @@ def _guessed(
     with ExitStack() as opened:
         guess = guessed(
             [path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None, every=every,
-            refused=asking,
+            refused=asking, beside=[log.path for log in found.logs if log.mapping == ""][:MOST_BESIDE],
         )  # fmt: skip
         guess = replace(guess, found=tuple(part for part in guess.found if not _of_circle(part, guess.found, found)))
         pushed = tuple(part for part in guess.found if part.kind or {"force", "input"} & part.axis.roles.keys())
+        driven = {part.files for part in pushed}  # a circle may have the voltage of one axis alone
+        pushed += tuple(part for part in guess.found if part not in pushed and part.files in driven
+                        and {"position", "reference"} <= part.axis.roles.keys())  # fmt: skip
         axes = Counter(path for part in guess.found for path in part.files)  # several may run on a circle
         kept = pushed or tuple(
             part for part in guess.found

@@ -3,7 +3,7 @@
 import json
 import re
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
@@ -50,6 +50,7 @@ NO_POSITION = "no column looks like the position"
 AT_REST = "the axis does not move: what was logged is noise"
 JOINED = "joined"  # Folder of files that fric joined, and their attribute that lists the parts
 NO_SCALE = "say what one is, as in scale:"
+BESIDE = 0.97  # Likelihood of a unit that other files of a folder give to the same quantity, and none another
 MOST_MEANS = 500  # Rows of a table of velocities and forces without samples, at most
 MOST_FILES = 16  # Number of files of the same columns whose values are read
 _quoted = partial(json.dumps, ensure_ascii=False)
@@ -170,13 +171,15 @@ def wanted_roles(axis: AxisColumns) -> dict[str, Role]:
 
 
 def guesses(
-    paths: Sequence[Path], files: ExitStack, *, join: bool = False, refused: dict[Path, str] | None = None
-) -> list[Guess]:
+    paths: Sequence[Path], files: ExitStack, *, join: bool = False, refused: dict[Path, str] | None = None,
+    beside: Iterable[Column] = (),
+) -> list[Guess]:  # fmt: skip
     """Return the guesses for files, those of the same columns together, each of their axes apart.
 
     files: Keeps them open as long as their tables are needed.
     join: The files hold the channels of one record: each names those that it has.
     refused: Receives why files cannot be read, which are left out.
+    beside: Columns of other files of the folder, whose units are those of columns without.
     """
     if join:
         opened = [next(files.enter_context(closing(tables(path, None)))) for path in paths]
@@ -206,9 +209,18 @@ def guesses(
         owners = {next(iter(known[name])) for name in guess.column_names if len(known.get(name, ())) == 1}
         if not guess.named and len(owners) == 1:
             guess.axis.name = owners.pop()
-    _agree(found)
+    _agree(found, _units_said([*beside, *(column for guess in found for column in guess.table.columns)]))
     for guess in found:
         _take_over(guess, [g for g in found if (g.axis.name, g.axis.motion) == (guess.axis.name, guess.axis.motion)])
+    clocks = {guess.files: role for guess in found if (role := guess.axis.roles.get("time")) and role.column is not None
+              and role.unit_likelihood >= SURE}  # fmt: skip
+    for guess in found:  # each axis of a file has its clock
+        if (
+            (clock := clocks.get(guess.files))
+            and (role := guess.axis.roles.get("time"))
+            and role.column == clock.column
+        ):
+            guess.axis.roles["time"] = clock
     for k, guess in enumerate(found):  # what is of the same files, of another motion or in other units, is another axis
         others = [g.axis.name for g in found[:k] if g.files == guess.files or _other_units(g, guess)]
         names = chain([guess.axis.name], (f"{guess.axis.name}{n}" for n in count(2)))
@@ -216,8 +228,20 @@ def guesses(
     return found
 
 
-def _agree(found: Sequence[Guess]) -> None:
-    """Take what some files of a folder show for those whose columns have the same names: inputs, units of positions."""
+def _units_said(columns: Iterable[Column]) -> dict[str, str]:
+    """Return the unit of each quantity to which the columns of a folder give a single one."""
+    said: dict[str, set[str]] = {}
+    for column in columns:
+        if (of := spoken(column)).quantity and (unit := column.unit or of.unit):
+            said.setdefault(of.quantity, set()).add(unit)
+    return {quantity: units.pop() for quantity, units in said.items() if len(units) == 1}
+
+
+def _agree(found: Sequence[Guess], said: Mapping[str, str]) -> None:
+    """Take what some files of a folder show for those whose columns have the same names: inputs, units of positions.
+
+    said: The unit of each quantity that the columns of the folder say, and of which none says another.
+    """
     driven = ((g, g.axis.roles["input"]) for g in found if "input" in g.axis.roles)
     inputs = {g.plain(role.column): role for g, role in driven if role.unit_likelihood >= SURE}
     for guess in found:  # u_x beside files with F and u, though alone it may be logged in place of a force
@@ -226,6 +250,8 @@ def _agree(found: Sequence[Guess]) -> None:
         means = force and of_axis(guess.table.columns[force.column or 0], guess.axis.name).means
         of = inputs.get(guess.plain(force.column)) if force and force.unit != "A" else None
         of = next(iter(inputs.values())) if means == "input" and len(inputs) == 1 else of  # x_u beside u_ctrl
+        if force and means == "input" and said.keys() >= {"force", "input"}:
+            of = replace(force, channel="input", unit=said["input"])
         if force and of:
             roles["input"] = replace(of, column=force.column, sign=force.sign, others=force.others)
             del roles["force"]
@@ -234,13 +260,36 @@ def _agree(found: Sequence[Guess]) -> None:
     slides = any(g.named and not rotates(g.axis.motion) for g in found)  # so is an axis beside them without a name
     for guess, name, role in moved:
         other, _, known = max((p for p in moved if p[1] == name), key=lambda p: p[2].unit_likelihood)
-        unit = rotates(other.axis.motion), known.unit
+        unit, unit_said = (rotates(other.axis.motion), known.unit), said.get("position", "")
+        if role.column is None or guess.table.columns[role.column].unit:
+            unit_said = ""
+        if known.unit_likelihood < SURE and unit_said:
+            unit = not converts(unit_said, "position"), unit_said
         if other is guess and not guess.named and slides:
             unit = next(((False, r.position) for r in guess.axis.readings if not rotates(r.motion)), unit)
-        readings = (r for r in guess.axis.readings if (rotates(r.motion), r.position) == unit)
-        differs = other is not guess or unit[0] != rotates(guess.axis.motion)
-        if role.unit_likelihood < SURE and differs and (reading := next(readings, None)):
-            take_reading(guess.axis, reading, known.unit_likelihood)
+        readings = [r for r in guess.axis.readings if (rotates(r.motion), r.position) == unit]
+        readings = [r for r in readings if r.time == said.get("time")] or readings
+        differs = other is not guess or unit[0] != rotates(guess.axis.motion) or unit[1] == unit_said
+        if role.unit_likelihood < SURE and differs and readings:
+            clock, share = guess.axis.roles.get("time"), readings[0].weight / sum(r.weight for r in readings)
+            likely = BESIDE if unit[1] == unit_said else 0.0
+            take_reading(guess.axis, readings[0], max(known.unit_likelihood, likely))
+            if clock and clock.unit_likelihood < SURE:  # which a position does not tell
+                guess.axis.roles["time"] = replace(guess.axis.roles["time"], unit_likelihood=share)
+    for guess in found:
+        for channel in ("time", "force"):
+            role = guess.axis.roles.get(channel)
+            if role is None or role.column is None or role.unit_likelihood >= SURE:
+                continue
+            column, others = guess.table.columns[role.column], dict.fromkeys((role.unit, *role.units))
+            known_unit = "" if column.unit else said.get(spoken(column).quantity or "", "")
+            if known_unit in others:
+                others.pop(known_unit)
+                why = "as in the files beside it"
+                taken = replace(role, unit=known_unit, unit_likelihood=BESIDE, units=tuple(others), why=why)
+                guess.axis.roles[channel] = taken
+                if channel == "force":
+                    guess.axis.motion = in_units_of("rotary" if rotates(guess.axis.motion) else "linear", known_unit)
 
 
 def _take_over(guess: Guess, alike: Sequence[Guess]) -> None:
@@ -577,12 +626,14 @@ def first_of(files: Sequence[Path]) -> str:
 
 def guessed(
     paths: Sequence[Path], files: ExitStack, kind: Kind | None = None, motion: Motion | None = None, *,
-    assume: bool = False, every: bool = False, refused: dict[Path, str] | None = None,
+    assume: bool = False, every: bool = False, refused: dict[Path, str] | None = None, beside: Iterable[Path] = (),
 ) -> Guessed:  # fmt: skip
     """Return the guesses for those files whose header does not define their columns, or for ``every`` file.
 
     Those of fric, and files whose header cannot be read, are skipped. In a file whose header defines all but the force
     (a current counts as force), the force is taken where it is sure, or where the likeliest is to be ``assume``d.
+
+    beside: Other files of the folder, whose units are those of columns without.
     """
     asking, free = [], set[Path]()
     for path in paths:
@@ -593,7 +644,7 @@ def guessed(
         if said is None or said == "force":
             asking.append(path)
             free |= {path} if said else set()
-    found = guesses(asking, files, refused=refused) if asking else []
+    found = guesses(asking, files, refused=refused, beside=chain(*map(_columns, beside))) if asking else []
     for guess in found if kind == "frequency-response" else ():  # it has an input, by its name alone where need be
         roles, columns = guess.axis.roles, guess.table.columns
         named = [n for n, column in enumerate(columns) if spoken(column).quantity == "input"]
@@ -603,6 +654,12 @@ def guessed(
                 guess.axis.motion = "rotary" if rotates(guess.axis.motion) else "linear"
             roles["input"] = Role("input", named[0], columns[named[0]].unit or "V", 1.0, 1.0, "by its name")
     return Guessed(tuple(g for g in found if assume or g.sure or g.contradicts or not free.issuperset(g.files)))
+
+
+def _columns(path: Path) -> list[Column]:
+    with suppress(FricError), closing(tables(path, None)) as opened:
+        return [*next(opened).columns]
+    return []
 
 
 def says_all(path: Path, kind: Kind | None = None, motion: Motion | None = None) -> str | None:
