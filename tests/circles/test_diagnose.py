@@ -262,8 +262,10 @@ def test_disagreement_is_told_with_its_cause(table):
     x = run.axes["x"]
     assert x.reference is not None
     moved = replace(x, position=x.position - 6e-6 * np.sign(np.gradient(x.reference)))
-    causes = agreement(diagnose([replace(run, axes={**run.axes, "x": moved})]), real, None, "a", 0.25e-6).causes
-    assert ({causes["+x"], causes["-x"]}, {causes["+y"], causes["-y"]}) == ({"backlash"}, {"level"})
+    for names in (("x", "y"), ("table", "ram")):
+        seen_now = diagnose([replace(run, axes=dict(zip(names, (moved, run.axes["y"]), strict=True)))])
+        causes = agreement(seen_now, real, None, "a", 0.25e-6, known=names).causes
+        assert ({causes["+x"], causes["-x"]}, {causes["+y"], causes["-y"]}) == ({"backlash"}, {"level"})
 
 
 def test_an_axis_without_a_model_errs_as_measured_in_the_prediction():

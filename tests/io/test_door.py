@@ -16,6 +16,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.plant.identify import _plant
 from fric.io.hdf5 import read_logs
+from fric.io.ingest import Signs
 from fric.io.ingest_circle import ingest_circles
 from fric.io.propose import AT_REST, NO_FORCE, NO_POSITION, Guessed, guesses, proposal
 from fric.io.questions import Question, answered
@@ -718,3 +719,19 @@ def test_a_column_that_other_files_of_the_axis_show_is_taken_over(tmp_path: Path
     role = found["frf.csv"].axis.roles["input"]
     assert found["frf.csv"].table.columns[role.column] == Column("Stellgröße", "V")
     assert role.why == "as in hin.csv"
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_controller_that_answers_each_count_is_no_force_that_counts_the_other_way(sign: float) -> None:
+    """A sine of 1.5 µm before sliding "opposes the motion": its controller's answer to counts did all the work."""
+    rng, t = np.random.default_rng(5), np.arange(30000) * 1e-3
+    z = np.rint((1.5e-6 * np.sin(2 * np.pi * t / 8.0) + 6e-8 * rng.normal(size=len(t))) / 1e-7) * 1e-7
+    damped = -2e5 * np.gradient(z, 1e-3)  # the velocity controller works against what it sees
+    elastic = 40e6 * 1.5e-6 * np.sin(2 * np.pi * t / 8.0 + 0.02)
+    (signs := Signs()).add({"time": t, "position": z, "force": elastic + damped})
+    assert signs.work[0] < -0.5 * signs.work[1]
+    assert signs.against() == ""
+    stroke = 5e-3 * t + 1e-7 * rng.normal(size=len(t))
+    force = sign * 40.0 - 2e4 * (np.gradient(stroke, 1e-3) - 5e-3)
+    (signs := Signs()).add({"time": t, "position": stroke, "force": force})
+    assert signs.against() == ("" if sign > 0 else "force")

@@ -683,7 +683,9 @@ def agreement(
         low, high = intervals[name] if intervals else (said.ci95[0] - step, said.ci95[1] + step)
         agrees[name] = found.ci95[0] <= high and found.ci95[1] >= low
         if not agrees[name]:
-            lost, foreseen = (of.geometry[f"backlash.{name[1:]}"] for of in (measured, predicted))
+            lost, foreseen = (
+                of.geometry[f"backlash.{of.test.names['xy'.index(name[1:])]}"] for of in (measured, predicted)
+            )
             more = abs(float(lost)) - abs(float(foreseen))
             backlash = more > max(BACKLASH * abs(found.value), 2.0 * (lost.half_width + foreseen.half_width))
             causes[name] = "backlash" if backlash else _cause(found, said, pulses[name], other[name])

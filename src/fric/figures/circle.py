@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
+from matplotlib.ticker import LogLocator, NullLocator
 
 from fric.arrays import Real
 from fric.contour import QUADRANTS, beside
@@ -20,6 +21,7 @@ from fric.simulate.processes import MonteCarlo
 LINES = 4  # Grid lines on either side of the nominal circle, which is drawn with a radius of twice as many
 AROUND = np.pi / 12  # Half the width of what is shown, as an angle on the circle [rad]
 BEFORE, AFTER = 5.0, 25.0  # What is drawn before and after a reversal [degrees]
+WIDE = 8.0  # Ratio of the largest glitch to the smallest from which on they are on a logarithmic axis
 TOP = 0.62  # Largest error in the figure of all schemes, over the radius of its reference circle
 
 
@@ -220,20 +222,28 @@ def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = 
         for place, scheme, column in zip(places, schemes, glitches.T, strict=True):
             if len(ran := column[np.isfinite(column)]):
                 # spread out by machine number: a golden-ratio sequence fills the strip evenly
-                offset = 0.62 * (np.arange(len(ran)) * 0.618034 % 1.0 - 0.5)
+                offset = 0.08 + 0.27 * (np.arange(len(ran)) * 0.618034 % 1.0)
                 left.plot(ran, place + offset, ".", color=SKY, markersize=4, alpha=0.8, markeredgewidth=0)
                 low, first, median, third, high = np.quantile(ran, (0.05, 0.25, 0.5, 0.75, 0.95))
-                left.plot([low, high], [place, place], color=BLUE, linewidth=1.4, solid_capstyle="butt")
-                left.plot([first, third], [place, place], color=BLUE, linewidth=6, solid_capstyle="butt")
-                left.plot([median], [place], "|", color="white", markersize=6, markeredgewidth=1.6)
+                bar = [place - 0.12] * 2
+                left.plot([low, high], bar, color=BLUE, linewidth=1.4, solid_capstyle="butt")
+                left.plot([first, third], bar, color=BLUE, linewidth=6, solid_capstyle="butt")
+                left.plot([median], bar[:1], "|", color="white", markersize=6, markeredgewidth=1.6)
             if nominal and scheme.name in nominal:
-                left.plot(nominal[scheme.name] * 1e6, place, "D", color=VERMILION, markersize=4)
+                left.plot(nominal[scheme.name] * 1e6, place - 0.32, "D", color=VERMILION, markersize=4)
             share = text[scheme.name].best * 100
             right.barh(place, share, height=0.5, color=BLUE)
             right.text(share + 2, place, f"{share:.0f} %", va="center", fontsize=7, color=GREY)
         left.set_yticks(places, [f"({scheme.name}) {scheme.title}" for scheme in schemes])
         left.invert_yaxis()
         left.set(xlim=(0, None), xlabel="glitch [µm]")
+        shown = np.append(glitches, [1e6 * value for value in (nominal or {}).values()])
+        shown = shown[np.isfinite(shown) & (shown > 0.0)]
+        if len(shown) and shown.max() > WIDE * shown.min():  # else small glitches and their bars are points
+            left.set(xscale="log", xlim=(0.8 * shown.min(), 1.25 * shown.max()))
+            left.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            left.xaxis.set_major_formatter("{x:g}")
+            left.xaxis.set_minor_locator(NullLocator())
         right.set(xlim=(0, 118), xticks=[0, 50, 100])
         right.set_xlabel("least glitch on [%]", loc="right")  # it is wider than its axes
         for axes in (left, right):

@@ -166,11 +166,13 @@ FEW = 32  # Samples up to which noise may run against the motion
 class Signs:
     """Weighs whether the channels agree in sign: friction takes work from the drive, and velocity is dx/dt.
 
-    Work and agreement are summed over windows, so that the steps of an encoder and noise average out.
+    Work and agreement are summed over windows, so that the steps of an encoder and noise average out. A controller
+    that answers each count does work against the motion: the means over windows have to show it, too.
     """
 
     def __init__(self) -> None:
         self.work = np.zeros(2)
+        self.of_means = np.zeros(2)
         self.agreement = np.zeros(2)
         self.samples = 0
 
@@ -189,11 +191,21 @@ class Signs:
                 self.agreement += _weighed(np.diff(x[:-1:WINDOW], append=x[-1]) * _summed(moved))
         if force is not None and moved is not None:
             self.work += _weighed(_summed((force[1:] + force[:-1]) * moved))
+            counts = _summed(np.ones(len(force)))
+            F = _summed(force) / counts
+            if x is not None:
+                self.of_means += _weighed((F[1:] + F[:-1]) * np.diff(_summed(x) / counts))
+            elif v is not None:
+                self.of_means += _weighed(F * _summed(v) / counts)
 
     def against(self) -> str:
         """Return the channel with the wrong sign: ``force``, ``velocity``, or none."""
-        found = (("velocity", *self.agreement), ("force", *self.work)) if self.samples > FEW or not self.samples else ()
-        return next((name for name, total, size in found if size > 0 and total < -0.5 * size), "")
+        if 0 < self.samples <= FEW:
+            return ""
+        velocity, force, of_means = (
+            size > 0 and total < -0.5 * size for total, size in (self.agreement, self.work, self.of_means)
+        )
+        return "velocity" if velocity else "force" if force and (of_means or not self.of_means[1]) else ""
 
 
 def _summed(values: Real) -> Real:
