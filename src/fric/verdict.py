@@ -151,6 +151,11 @@ class Evidence:
         return any(notice.code in MIXED and notice.severity == "wrong" for notice in self.notices)
 
     @property
+    def rigid(self) -> bool:
+        """Whether friction before sliding is not known: simulated, a static map is what the machine has."""
+        return any(notice.code == prediction.PRESLIDING_UNKNOWN.code for notice in self.notices)
+
+    @property
     def far(self) -> list[Notice]:
         """Differences from a measured circle that no fit settles: they are larger than those of friction over time."""
         predicted, measured = self.glitches or (1.0, 1.0)
@@ -353,7 +358,7 @@ def decide(evidence: Evidence) -> Verdict:
     given: dict[str, Any] = {"settled": tuple(evidence.settled), "compared": evidence.glitches}
     given["unmodelled"] = evidence.unmodelled
     given["now"] = now = glitch_now(without, evidence) if (without := bare(evidence.candidates)) else ""
-    if evidence.disagreements or evidence.far or evidence.mixed or not usable:
+    if evidence.disagreements or evidence.far or evidence.mixed or evidence.rigid or not usable:
         why += tuple(evidence.far[:1])
         then = tuple(steps(evidence, None))
         return Verdict(choice=None, headline=nothing(evidence), why=why, effort=said, next=then, kept=kept, **given)
@@ -573,6 +578,8 @@ def nothing(evidence: Evidence) -> str:
         said = "schemes are compared on a circle, which needs a linear axis."
         screw = "Of a screw, give `motion: linear/A` and each scale as a length (docs/formats.md, ball screw)."
         return f"No scheme is recommended: {said} {screw}"
+    if evidence.rigid and not evidence.missing:
+        return "No scheme is recommended yet: friction before sliding was not identified, and decides what is left."
     if evidence.missing:
         names = dict.fromkeys(re.split("[:,]", text)[0] for text in evidence.missing)
         return f"No scheme is recommended yet. Missing for a circle: {', '.join(names)}."
@@ -595,7 +602,7 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         yield f"{command} --controller 'K_v=… 1/s, K_p=… V*s/m, K_i=… V/m'   # of your drive"
         if evidence.compared:
             return
-    if evidence.missing:
+    if evidence.missing or evidence.rigid:
         yield 'fric plan --stroke "300 mm" --feed "100 mm/s" -o plan   # motions that record what is missing'
         return
     if evidence.disagreements and evidence.agree:

@@ -561,7 +561,7 @@ WITHOUT = """
     explains-little prediction-without-interval model-disagrees delay-differs controller-differs feedforward-found
     added-voltage-found learning-diverges learning-gains-nothing learned-for-one-circle learned-from-one-circle
     nothing-fed-before circle-drifts loop-designed falling-friction tuned-in-part tuning-refused
-    tuning-no-better circle-unused prediction-widened interval-open not-drawn scheme-unstable not-as-predicted
+    tuning-no-better circle-unused prediction-widened presliding-unknown interval-open not-drawn scheme-unstable not-as-predicted
     scheme-saturates no-reversal scheme-failed drive-saturates spread-unused interrupted T_d-below-hold
     inverse-left-out library-warns samples-without-value line-cut joined-in-part joined-thinned joined-moved
     channels-without-time scope-scale cycle-assumed there-already radius-assumed no-reference columns-by-content

@@ -375,7 +375,7 @@ def test_joints_of_an_arm_in_matrices_are_axes_of_a_record(tmp_path: Path, lying
         ("motor_position load_position motor_velocity load_velocity", [None] * 4),
         ("exp.input.u exp.output.y exp.ref.r", [None] * 3),
         ("POSITIONS(J1) POSITIONS(J2) CURRENT(J1) CURRENT(J2)", ["1", "2", "1", "2"]),
-        ("Zeit Lagesoll Lageist Strom Lagesoll_Y Lageist_Y", [None, "x", "x", None, "y", "y"]),
+        ("Zeit Lagesoll Lageist Strom Lagesoll_Y Lageist_Y", [None, *"xxxyy"]),
         ("time position_y force", [None] * 3),
     ],
 )

@@ -261,6 +261,24 @@ def test_nothing_passes_above_a_warning_or_against_a_circle():
         assert any(line.startswith(f"{one.result[0]}: ") for line in one.lines())
 
 
+def test_without_friction_before_sliding_no_scheme_is_recommended(tmp_path):
+    """Strokes alone: "use (b) static, at most 13 µm" was said, and it leaves 58 µm: the machine had the map as well."""
+    schemes = leaves("a", 90, 90 * LEVEL), leaves("b", 6, 6 * LEVEL)
+    static = {"value": 60.0, "unit": "N", "ci95": [59.0, 61.0]}
+    text = {"fric": "friction/1", "axis": "x", "static": {
+        "F_c": static, "F_s": static | {"value": 80.0, "ci95": [79.0, 81.0]}, "v_s": {"value": 0.005, "unit": "m/s"},
+        "delta": {"value": 1.0, "unit": "1"}, "sigma": {"value": 0.0, "unit": "N*s/m"}}, "fit": {"method": "eq. (2)"}}
+    (tmp_path / "static.yaml").write_text(dump(text), encoding="utf-8")
+    machine = read_machine("virtual-rig", nominal_files=[])
+    content = read_tree("virtual-rig") if False else None
+    assert machine and content is None
+    unknown = PRESLIDING_UNKNOWN.found("axis x")
+    found = decide(evidence(*schemes, notices=[unknown]))
+    assert (found.choice, found.why[-1]) == (None, unknown)
+    assert "friction before sliding was not identified" in found.headline
+    assert [line for line in found.next if line.startswith("fric plan")]
+
+
 def test_a_circle_settles_only_what_the_drawn_machines_were_made_to_agree_with():
     warned = Notice("F_c varies", "friction-over-position", "wrong"), Notice("it lags", "force-lags", "wrong")
     made = {"warnings_coded": [one.as_dict() for one in warned]}

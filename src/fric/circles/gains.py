@@ -275,7 +275,8 @@ class FoundController:
         K_v, gain = self.cascade.K_v, self.estimates["K_v"]
         late = K_v * fit.velocity_lag if self.cascade.K_i else 1.0 - fit.fed_share(log_values)
         half = FED_ERROR + K_v / fit.rate + K_v * fit.lag_error * bool(self.cascade.K_i)
-        if half > 0.5:  # the share is not seen
+        least = gain.limits[0] / (1.0 + half)  # a K_v that no order has is none: friction holds what a sine lags by
+        if half > 0.5 or (self.cascade.K_i and fit.velocity_lag * least > 1.0):  # the share is not seen
             unseen = Estimate(1.0, "1", assumed=True)
             return replace(found, estimates={**self.estimates, "velocity_feedforward": unseen})
         if abs(late) <= half:

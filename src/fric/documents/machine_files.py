@@ -29,7 +29,7 @@ from fric.errors import FricError, found_in, require_known
 from fric.estimate import Covariance, Estimate
 from fric.flaws import flaw_of
 from fric.flaws.files import GAINS_DESIGNED
-from fric.flaws.prediction import INTERVAL_OPEN, NOT_DRAWN, PREDICTION_WIDENED
+from fric.flaws.prediction import INTERVAL_OPEN, NOT_DRAWN, PREDICTION_WIDENED, PRESLIDING_UNKNOWN
 from fric.friction import FrictionModel, model_type
 from fric.friction.directed import Directed
 from fric.friction.stribeck import StaticMap
@@ -383,7 +383,12 @@ def read_machine(
     ]  # fmt: skip
     doubtful = settled(finding for axis in axes.values() for finding in _of_axis(axis, str(path)))
     origin: dict[str, Any] = {"path": str(path), "nominal_files": list(nominal_files), "friction_model": friction_model}
-    return replace(machine, axes=axes, origin=origin | instead, warnings=(*machine.warnings, *doubtful, *designed))
+    rigid = [
+        PRESLIDING_UNKNOWN.found(f"axis {name}") for name, part in document.axes.items()
+        if part.friction.fit is not None and not part.friction.model_names()
+    ]  # fmt: skip
+    warnings = (*machine.warnings, *doubtful, *designed, *rigid)
+    return replace(machine, axes=axes, origin=origin | instead, warnings=warnings)
 
 
 def _of_axis(axis: Axis, where: str) -> Iterator[Finding]:

@@ -26,6 +26,9 @@ MEASURED_BEYOND = Flaw("measured-beyond", "wrong", "With {scheme} switched on, t
 GLITCH_OPEN = Flaw("glitch-open", "doubt",
     "The glitch without compensation is {glitch:2}, or up to {most:2}: the records leave it open.",
     "Record what is missing for the axis.")
+PRESLIDING_UNKNOWN = Flaw("presliding-unknown", "wrong",
+    "Friction before sliding was not identified, and decides what a compensation leaves.",
+    "Log slow sines of some ten micrometres, or a circle with force or voltage.", circle_settles=True)
 LIMIT_CYCLE = Flaw("limit-cycle", "wrong",
     "The loop swings by {size:2} away from reversals{machines:, on {machines} of {drawn} machines|}: a limit cycle.")
 CANNOT_RUN = Flaw("cannot-run", "wrong", "It cannot run on {share:.0%} of the varied machines.",

@@ -265,18 +265,25 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
         common = {word: rest & set().union(*(r for w, r in rests.items() if w != word)) for word, rest in rests.items()}
         if len(known := {word for word, rest in common.items() if rest and len(rests[word]) > 1}) > 1:
             return [word if word in known else None for word in found]
-    return _twins(names)
+    return _twins(names, shown)
 
 
-def _twins(names: Sequence[tuple[str, ...]]) -> list[str | None]:
-    """Return the axes of names of which two or more differ from others by a letter: ``pos, ref, pos y, ref y``."""
+def _twins(names: Sequence[tuple[str, ...]], shown: Sequence[str]) -> list[str | None]:
+    """Return the axes of names of which two or more differ from others by a letter: ``pos, ref, force, pos y, ref y``.
+
+    shown: The quantity that each shows.
+    """
     for letter, other in (("y", "x"), ("x", "y"), ("z", "x")):
         rests = [tuple(word for word in name if word != letter) for name in names]
         plain = {name for name in names if letter not in name}
         of = [letter if rest != name and rest in plain else None for name, rest in zip(names, rests, strict=True)]
         both = {rest for rest, axis in zip(rests, of, strict=True) if axis}
         if len(both) > 1:
-            return [axis or (other if name in both else None) for name, axis in zip(names, of, strict=True)]
+            mine = [
+                name in both or what in {"force", "input", "velocity"} for name, what in zip(names, shown, strict=True)
+            ]
+            return [axis or (other if its and rest == name else None)
+                    for name, rest, axis, its in zip(names, rests, of, mine, strict=True)]  # fmt: skip
     return [None] * len(names)
 
 

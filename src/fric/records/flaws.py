@@ -42,6 +42,7 @@ strokes, and the fourth 0.3, where friction rises as the speed falls.
 JUMP, JUMPED = 0.05, 0.7
 """Time in which a kick gains its lead [s], and the least share of it: kicks gain 0.94, pre-sliding in a loop without
 velocity feedforward 0.5."""
+RAMP = 0.9  # Share of the speed of a stroke at which its acceleration is taken to end
 Encoder = Literal["motor", "load"]  # The encoder whose position is that of the axis
 AFTER = 0.1  # Share of a stroke after a reversal that is left out, in which the transmission takes up its backlash
 STROKES = 3  # Least number of strokes
@@ -152,6 +153,9 @@ def _around_reversals(t: Real, reference: Real, at: Indices) -> list[tuple[int, 
         moved = np.abs(reference[first:stop] - reference[first]) > 1e-4 * float(np.ptp(reference))
         moves = int(first) + max(int(np.argmax(moved)) - 1, 0)
         until = min(t[moves] + WITHIN, 0.5 * (t[moves] + t[stop - 1]))
+        speed = np.abs(np.gradient(reference[moves:stop], t[moves:stop])) if stop - moves > 1 else np.zeros(1)
+        ramp = t[moves + int(np.argmax(speed >= RAMP * speed.max()))]  # at whose end a loop overshoots
+        until = min(until, max(ramp, t[moves] + JUMP))
         begin = int(np.searchsorted(t, t[first] - min(0.2 * WITHIN, 0.2 * (until - t[first]))))
         begin = max(begin, int(at[n - 1]) + 1 if n else 0)
         spans.append((begin, int(first), min(max(int(np.searchsorted(t, until)), moves + 2), len(t))))

@@ -44,7 +44,7 @@ from fric.records.recognition import kind_of
 from fric.records.resolution import clipped
 from fric.records.segments import steady_segments
 from fric.search import simplest
-from fric.units import Motion, is_effort, readable, rotates, si_unit
+from fric.units import Motion, drive_unit, is_effort, readable, rotates, si_unit
 
 COARSEST = 0.3  # Relative deviation up to which the logarithm of a response is practically unbiased
 FLOOR = 1e-5  # Least relative deviation of a line: the rounding of a logged force
@@ -673,12 +673,16 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     logs = [record for record in even if isinstance(record, Log)]
     fits, sets = [], []
     for measured, clock in zip(_measured(even, clocks, period, segment), clocks, strict=True):
-        acts = is_effort(measured.table.motion)  # when it is logged, not at the next instant of a hold
-        rate = None if continuous else hold or (None if acts else measured.sampling)
-        with _blamed_on(clock):
-            lines, used = select(measured, hold=rate, coherence=coherence, band=band)
-        with found_in(measured.table.where):
-            solution, kept = solve_with_modes(lines)
+        held = None if continuous else hold or measured.sampling
+        # a measured effort acts when it is logged, and a drive's command is held: the response shows which
+        either = is_effort(measured.table.motion) and drive_unit(measured.table.motion) != "V" and not hold
+        tried = []
+        for rate in dict.fromkeys((None, held) if either else (held,)):
+            with _blamed_on(clock):
+                lines, used = select(measured, hold=rate, coherence=coherence, band=band)
+            with found_in(measured.table.where):
+                tried.append((*solve_with_modes(lines), lines, used, rate))
+        solution, kept, lines, used, rate = min(tried, key=lambda found: found[0].chi2)
         used[np.flatnonzero(used)[~kept]] = False
         fits.append(ResponseFit(measured, used, solution, rate, tuple(float(f) for f in lines.frequency[~kept])))
         sets.append(at(lines, kept))
