@@ -561,7 +561,8 @@ WITHOUT = """
     explains-little prediction-without-interval model-disagrees delay-differs controller-differs feedforward-found
     added-voltage-found learning-diverges learning-gains-nothing learned-for-one-circle learned-from-one-circle
     nothing-fed-before circle-drifts loop-designed falling-friction tuned-in-part tuning-refused
-    tuning-no-better circle-unused prediction-widened presliding-unknown interval-open not-drawn scheme-unstable not-as-predicted
+    tuning-no-better circle-unused prediction-widened presliding-unknown interval-open not-drawn
+    scheme-unstable not-as-predicted
     scheme-saturates no-reversal scheme-failed drive-saturates spread-unused interrupted T_d-below-hold
     inverse-left-out library-warns samples-without-value line-cut joined-in-part joined-thinned joined-moved
     channels-without-time scope-scale cycle-assumed there-already radius-assumed no-reference columns-by-content
@@ -577,7 +578,8 @@ def test_how_bad_it_is_follows_the_size() -> None:
     sizes = [0.67 * SMALL, 1.5 * SMALL, 1.5 * HALF_WIDTHS * 0.05]
     assert [by_size(size, 1.0, 0.05) for size in sizes] == ["note", "doubt", "wrong"]
     sizes = [0.67 * UNSURE, 1.5 * UNSURE, 1.5 * FALSE]
-    found = [RESPONSE_MISFIT.found(misfit=size, worst=1.0, wrong=False, highest=1.0).severity for size in sizes]
+    about = {"worst": 1.0, "edge": "highest", "limit": 1.0}
+    found = [RESPONSE_MISFIT.found(misfit=size, wrong=size >= FALSE, **about).severity for size in sizes]
     assert found == ["note", "doubt", "wrong"]
 
 

@@ -16,7 +16,7 @@ from fric.documents.contours import VerdictPart
 from fric.estimate import Estimate
 from fric.flaws.circle import COMPLETED_DISAGREES, GAINS_UNKNOWN
 from fric.flaws.files import GAINS_DESIGNED
-from fric.flaws.prediction import CANNOT_RUN, CIRCLE_UNUSED, NOT_AS_PREDICTED
+from fric.flaws.prediction import CANNOT_RUN, CIRCLE_UNUSED, NOT_AS_PREDICTED, PRESLIDING_UNKNOWN
 from fric.flaws.static_map import STROKES_SCATTER
 from fric.notice import Notice
 from fric.simulate.contour_run import Circle, run_circle
@@ -261,17 +261,9 @@ def test_nothing_passes_above_a_warning_or_against_a_circle():
         assert any(line.startswith(f"{one.result[0]}: ") for line in one.lines())
 
 
-def test_without_friction_before_sliding_no_scheme_is_recommended(tmp_path):
+def test_without_friction_before_sliding_no_scheme_is_recommended():
     """Strokes alone: "use (b) static, at most 13 µm" was said, and it leaves 58 µm: the machine had the map as well."""
     schemes = leaves("a", 90, 90 * LEVEL), leaves("b", 6, 6 * LEVEL)
-    static = {"value": 60.0, "unit": "N", "ci95": [59.0, 61.0]}
-    text = {"fric": "friction/1", "axis": "x", "static": {
-        "F_c": static, "F_s": static | {"value": 80.0, "ci95": [79.0, 81.0]}, "v_s": {"value": 0.005, "unit": "m/s"},
-        "delta": {"value": 1.0, "unit": "1"}, "sigma": {"value": 0.0, "unit": "N*s/m"}}, "fit": {"method": "eq. (2)"}}
-    (tmp_path / "static.yaml").write_text(dump(text), encoding="utf-8")
-    machine = read_machine("virtual-rig", nominal_files=[])
-    content = read_tree("virtual-rig") if False else None
-    assert machine and content is None
     unknown = PRESLIDING_UNKNOWN.found("axis x")
     found = decide(evidence(*schemes, notices=[unknown]))
     assert (found.choice, found.why[-1]) == (None, unknown)

@@ -32,9 +32,9 @@ T_D_ASSUMED = Flaw("T_d-assumed", "doubt",
 LINES_STAND_OFF = Flaw("lines-stand-off", "note",
     "Lines left out ({count}), which deviate as harmonics of friction do: {lines:.4g} Hz.")
 RESPONSE_MISFIT = Flaw("response-misfit",
-    lambda f: "wrong" if f.misfit >= FALSE else "doubt" if f.misfit >= UNSURE else "note",
+    lambda f: "wrong" if f.wrong else "doubt" if f.misfit >= UNSURE else "note",
     "Eq. (1) leaves {misfit:.2g%} that noise does not explain, most at {worst:.4g} Hz; the intervals allow for it.",
-    "{wrong:Look at the figure, and use the range where it fits (`highest='{highest:.3g} Hz'`).|}")
+    "{wrong:Look at the figure, and use the range where it fits (`{edge}='{limit:.3g} Hz'`).|}")
 SECOND_MASS = Flaw("second-mass", "note",
     "A second mass is seen from the {encoder}: {frequency}{share:, {share:.0%} of the moving mass|}. A and B are "
     "below it.")
