@@ -57,7 +57,8 @@ _POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")  # A sm
 _SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")  # Signs of a unit; Pint passes over others, and takes $mm for mm
 _SPELLED = {  # Units as headers spell them that Pint does not know
     **dict.fromkeys(["U/min", "Upm", "RPM", "min-1", "r/min", "tr/min", "giri/min", "rev/min"], "rpm"),
-    "Volt": "V", **dict.fromkeys(["Sek", "Sek.", "sek"], "s"), **dict.fromkeys(["Arms", "Apk", "Amps", "Amp"], "A"),
+    "Volt": "V", "Volts": "V", **dict.fromkeys(["Sek", "Sek.", "sek"], "s"),
+    **dict.fromkeys(["Arms", "Apk", "Amps", "Amp"], "A"),
 }  # fmt: skip
 _WRITTEN: dict[str, str] = dict(re.findall(r"(\S+)=(\S+)", (  # Units in Russian and Chinese
     "мкс=us мс=ms с=s мин=min мкм=um мм=mm см=cm м=m нм=nm кН=kN мН=mN Н=N мВ=mV В=V мА=mA А=A Гц=Hz кГц=kHz град=deg "

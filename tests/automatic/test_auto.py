@@ -604,7 +604,8 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(first, folder, tmp_path,
     assert found.axes["x"].done == ["plant", "static", "observer"]
     assert any("no cycle is whole" in text for text in found.axes["x"].missing)
     assert "# failed: fric identify gms" in (tmp_path / "out" / "steps.sh").read_text(encoding="utf-8")
-    assert found.verdict.choice is not None  # the static map alone is simulated
+    assert found.verdict.choice is None  # the static map alone is simulated, which holds the axis before it slides
+    assert "friction before sliding was not identified" in found.verdict.headline
     assert ["x: gms" in line for line in said if "failed" in line] == [True]  # where it fails
     *_, counted, failed, page = str(found).splitlines()  # in the last lines
     assert counted.startswith("7 steps: 6 run, 1 failed")

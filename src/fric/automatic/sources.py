@@ -179,11 +179,11 @@ def find_sources(
             asking[path] = why
     if asking and proposals and not mappings:
         places = [*(path if path.is_dir() else path.parent for path in given[:1]), proposals]
-        turned = {path: why for path, why in asking.items() if why.startswith(OPPOSES)}
+        turned = {path: why for path, why in asking.items() if OPPOSES in why}
         if turned:  # friction tells the sign
             files, some = first_of([*turned]), any("force" in log.efforts for log in found.logs)
             _guessed(turned, places, found, seen, assume=assume, ask=ask, spent=spent, every=True)
-            asking = {path: why for path, why in asking.items() if not why.startswith(OPPOSES)} | turned
+            asking = {path: why for path, why in asking.items() if OPPOSES not in why} | turned
             found.description += [FORCE_BY_FILE.found(files=files)] if some and not turned else []
         _guessed(asking, places, found, seen, assume=assume, ask=ask, spent=spent)
     for path in [path for path, why in asking.items() if why == LACKS_FORCE]:
@@ -285,9 +285,10 @@ def _guessed(
         axis, together = part.axis.name if len(wanted) > 1 else None, len(part.files) > 1
         read = partial(_read, mapping=str(file), found=found, seen=seen, axis=axis, assume=assume, together=together)
         before, whys = len(seen), {path: read(path) for path in part.files}
-        force = part.axis.roles.get("force")
+        of_drive = "force" if "force" in part.axis.roles else "input"
+        force = part.axis.roles.get(of_drive)
         if force and 2 * len(_against(whys)) > len(whys):  # what most of the files show is right
-            part.axis.roles["force"] = replace(force, sign=-force.sign)
+            part.axis.roles[of_drive] = replace(force, sign=-force.sign)
             written(file, sure.text(), force=True)
             found.logs = [log for log in found.logs if log.path not in whys]
             found.copies = [path for path in found.copies if path not in whys]
@@ -295,7 +296,7 @@ def _guessed(
             whys = {path: read(path) for path in whys}
         if force and 0 < len(turned := _against(whys)) < len(whys):  # the others count the other way: a part for each
             roles = part.axis.roles
-            of_others = {**roles, "force": replace(roles["force"], sign=-roles["force"].sign)}
+            of_others = {**roles, of_drive: replace(roles[of_drive], sign=-roles[of_drive].sign)}
             parts = (
                 replace(part, files=tuple(path for path in whys if path not in turned)),
                 replace(part, files=tuple(turned), axis=replace(part.axis, roles=of_others)),
@@ -311,7 +312,7 @@ def _guessed(
 
 def _against(whys: Mapping[Path, str]) -> list[Path]:
     """Return the files whose friction, by the signs that were guessed of all, would drive the axis."""
-    return [path for path, why in whys.items() if why.startswith(TURNED)]
+    return [path for path, why in whys.items() if why.startswith(TURNED) or OPPOSES in why]
 
 
 def _of_circle(part: Guess, parts: Iterable[Guess], found: Sources) -> bool:
@@ -565,7 +566,7 @@ def _read(
         return records
     for log in (record for record in records if together and isinstance(record, Log)):
         (signs := Signs()).add(log.channels())
-        if signs.against() == "force":
+        if signs.against() in {"force", "input"}:
             return f"{TURNED}: {BY_SIGNS} friction drives the axis"
     if _taken(path, mapping, records, found, seen, wide=axis is not None, assume=assume):
         found.description += [doubt for doubt in doubts if doubt not in found.description]

@@ -49,7 +49,7 @@ FOLDERS_TOGETHER = Flaw("folders-together", "note", "Taken as one axis {axis}: f
 FILE_LEFT_OUT = Flaw("file-left-out", "doubt", "Left out: {why}.",
     "{propose:`{propose}` writes a mapping to look at and fill in, for `mapping=`.|}")
 FORCE_BY_FILE = Flaw("force-by-file", "doubt",
-    "The force of {files} counts the other way than in other files. Turned: friction brakes.",
+    "The force of {files} counts the other way: friction would drive the axis. It is turned.",
     "Look why: a motor that was turned, or another recorder.")
 RECORD_LEFT_OUT = Flaw("record-left-out", "doubt", "Left out, since it cannot be used: {why}.")
 FILE_UNUSED = Flaw("file-unused", "note",

@@ -175,10 +175,13 @@ class Signs:
         self.of_means = np.zeros(2)
         self.agreement = np.zeros(2)
         self.samples = 0
+        self.pushed = "force"  # What is looked at: of a voltage alone, that
 
     def add(self, block: Mapping[str, Real]) -> None:
         """Take the next samples of each channel, in SI."""
         time, x, v, force = (block.get(name) for name in ("time", "position", "velocity", "force"))
+        if force is None and (force := block.get("input")) is not None:
+            self.pushed = "input"
         if time is None and v is not None and force is not None:  # a table of mean forces
             self.work += _weighed(force * v)
         if time is None or len(time) < 2:
@@ -199,13 +202,13 @@ class Signs:
                 self.of_means += _weighed(F * _summed(v) / counts)
 
     def against(self) -> str:
-        """Return the channel with the wrong sign: ``force``, ``velocity``, or none."""
+        """Return the channel with the wrong sign: ``force``, ``input``, ``velocity``, or none."""
         if 0 < self.samples <= FEW:
             return ""
         velocity, force, of_means = (
             size > 0 and total < -0.5 * size for total, size in (self.agreement, self.work, self.of_means)
         )
-        return "velocity" if velocity else "force" if force and (of_means or not self.of_means[1]) else ""
+        return "velocity" if velocity else self.pushed if force and (of_means or not self.of_means[1]) else ""
 
 
 def _summed(values: Real) -> Real:
@@ -216,7 +219,7 @@ def _weighed(values: Real) -> Real:
     return np.array([values.sum(), np.abs(values).sum()])
 
 
-OPPOSES = "the force opposes the motion throughout: by these signs friction drives the axis"
+OPPOSES = "opposes the motion throughout: by these signs friction drives the axis"
 PLAIN = "Write the numbers without a mark between thousands, or other marks."
 GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")  # A number with a mark of a fraction, or between thousands
 
@@ -423,7 +426,8 @@ class IngestSession:
     def check_signs(self) -> None:
         """Refuse logs in which friction would drive the axis, unless the signs are stated."""
         if (against := self._signs.against()) and against not in self._stated:
-            what = "velocity and position run against each other" if against == "velocity" else OPPOSES
+            what = f"the {against} {OPPOSES}"
+            what = "velocity and position run against each other" if against == "velocity" else what
             raise FricError(
                 what, where=self.records[0].source if len(self.records) == 1 else f"{len(self.records)} records",
                 hint=f"Say `sign: -1` for the {against} in the mapping; or `sign: 1`, if it is meant so.",

@@ -20,12 +20,12 @@ from fric.documents.base import provenance
 from fric.documents.mapping import ColumnMapping, FileMapping, MappingDocument, filled
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.flaws.files import COLUMNS_BY_CONTENT, NO_REFERENCE, RADIUS_ASSUMED, THERE_ALREADY
+from fric.flaws.files import COLUMNS_BY_CONTENT, FORCE_BY_FILE, NO_REFERENCE, RADIUS_ASSUMED, THERE_ALREADY
 from fric.input import files_of
 from fric.io.channels import ColumnPlan, Origin, origin_of
 from fric.io.circle import FORMAT, read_circles, write_circles
 from fric.io.hdf5 import read_logs
-from fric.io.ingest import ClockCheck, IngestedCircles, Progress, WholeRows, digest_of, ingest
+from fric.io.ingest import ClockCheck, IngestedCircles, Progress, Signs, WholeRows, digest_of, ingest
 from fric.io.readers import tables
 from fric.io.readers.base import RECORD, Column, ForeignTable, plain_name
 from fric.io.roles import said_clock
@@ -227,13 +227,16 @@ def ingest_circles(
             try:
                 chosen, text = circle_plan(table, part, stated.sampling, fields)
                 channels = _whole(table, chosen, bad_cells == "drop", progress or (lambda _: None))
+                against = _turned(channels, part)
+                channels |= {name: -channels[name] for axis in against for name in channels if name in _pushes(axis)}
                 tests += _tests(channels, chosen.motion, stated, str(source), digest)
             except FricError as error:
                 if RECORD not in table.said:
                     raise
                 refused.append(error)  # strokes are beside the circle
                 continue
-            warnings += [*text, *table.notices]
+            turned = [FORCE_BY_FILE.found(files=f"{source}, axis {axis}") for axis in against]
+            warnings += [*text, *table.notices, *turned]
             samples += len(next(iter(channels.values())))
         if refused and not tests:
             raise refused[0]
@@ -243,6 +246,22 @@ def ingest_circles(
         warnings += [RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m")) for test in blind]
     write_circles(output, [*held, *found], json.dumps(provenance() | {"format": FORMAT}), force=force or append)
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)), beside)
+
+
+def _pushes(axis: str) -> tuple[str, str]:
+    return f"{axis}.force", f"{axis}.input"
+
+
+def _turned(channels: Mapping[str, Real], part: FileMapping | None) -> list[str]:
+    """Return the axes that friction would drive by the signs of their force or voltage, unless a mapping states one."""
+    against, axes = [], dict.fromkeys(name.partition(".")[0] for name in channels if name.endswith(".position"))
+    for axis in axes:
+        stated = [part.columns[name].sign for name in _pushes(axis) if name in part.columns] if part else []
+        named = {name: channels[f"{axis}.{name}"] for name in CHANNELS[1:] if f"{axis}.{name}" in channels}
+        (signs := Signs()).add({"time": channels["time"], **named})
+        if signs.against() and not any(stated):
+            against.append(axis)
+    return against
 
 
 def part_of(mapping: MappingDocument | None, source: Path) -> FileMapping | None:

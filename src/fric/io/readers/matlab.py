@@ -239,7 +239,8 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
         own = {key.removeprefix(f"{name}."): text for key, text in constants.items() if key.startswith(f"{name}.")}
         others = tuple(f"{other}." for other in records if other != name)
         shared = {key: text for key, text in constants.items() if not key.startswith(others)}
-        titles = remarked(titles, [f"# {text}" for text in (own | shared).values()], ())
+        said_beside = [f"# {text}" for pair in (own | shared).items() for text in (pair[1], ": ".join(pair))]
+        titles = remarked(titles, said_beside, ())
         yield Memory(path, titles, list(fields.values()), own | shared, said)
 
 

@@ -61,8 +61,9 @@ def _about(cells: Sequence[list[str]]) -> tuple[dict[str, list[str]], int]:
 
 
 def _unit(units: Sequence[str], n: int) -> str | None:
-    """Return a channel's unit, as in ``dV (Voltage)``."""
-    unit = units[n].partition("(")[0].strip() if n < len(units) else ""
+    """Return a channel's unit, as in ``dV (Voltage)`` or ``(mm)``."""
+    before, _, within = units[n].partition("(") if n < len(units) else ("", "", "")
+    unit = before.strip() or within.strip(" )")
     return None if unit in {"", "Unit"} else unit
 
 
