@@ -568,6 +568,10 @@ def nothing(evidence: Evidence) -> str:
         lags = any(notice.code == LOOP_LAGS.code and notice.severity == "wrong" for notice in evidence.distrust)
         lost = any("backlash" in str(notice.values.get("cause")) for notice in evidence.disagreements)
         cause = "is there backlash?" if lost else "was a compensation on?"
+        rigid = any(
+            notice.code == prediction.PRESLIDING_UNKNOWN.code for notice in (*evidence.settled, *evidence.notices)
+        )
+        cause = "friction before sliding was not identified." if rigid else cause
         cause = "the drive feeds no velocity forward." if lags else cause
         return f"No scheme is recommended: {differs}. Find out why first: {cause}"
     if evidence.far and evidence.glitches:

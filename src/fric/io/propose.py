@@ -221,11 +221,29 @@ def guesses(
             and role.column == clock.column
         ):
             guess.axis.roles["time"] = clock
+    for guess, other in ((g, o) for g in found for o in found if g is not o and g.files == o.files):
+        _as_beside(guess, other)
     for k, guess in enumerate(found):  # what is of the same files, of another motion or in other units, is another axis
         others = [g.axis.name for g in found[:k] if g.files == guess.files or _other_units(g, guess)]
         names = chain([guess.axis.name], (f"{guess.axis.name}{n}" for n in count(2)))
         guess.axis.name = next(name for name in names if name not in others)
     return found
+
+
+def _as_beside(guess: Guess, other: Guess) -> None:
+    """Give an axis without a reference the columns that are named as position and reference of another: yref, y."""
+    (a, b), names = (other.axis.name, guess.axis.name), [column.name for column in guess.table.columns]
+    roles, taken = other.axis.roles, dict[str, int]()
+    for channel in ("position", "reference"):
+        if (role := roles.get(channel)) is None or role.column is None or "reference" in guess.axis.roles:
+            return
+        name = names[role.column]
+        alike = (name[:n] + b + name[n + 1 :] for n, letter in enumerate(name) if letter == a)
+        if (found := next((text for text in alike if text in names), None)) is None:
+            return
+        taken[channel] = names.index(found)
+    kept = {channel: role for channel, role in guess.axis.roles.items() if role.column not in taken.values()}
+    guess.axis.roles = kept | {channel: replace(roles[channel], column=n) for channel, n in taken.items()}
 
 
 def _units_said(columns: Iterable[Column]) -> dict[str, str]:
@@ -312,8 +330,10 @@ def _other_units(guess: Guess, other: Guess) -> bool:
     both = guess, other
     forces = [g.axis.roles.get("force") for g in both]
     unknown = [role is not None and role.unit_likelihood < SURE for role in forces]
-    names = [g.plain(f.column) for g, f in zip(both, forces, strict=True) if f is not None]
-    logged = ({column.name for column in g.table.columns} for g in reversed(both))  # u_x beside F, of a drive with both
+    names = [g.plain(f.column).rpartition(".")[2] for g, f in zip(both, forces, strict=True) if f is not None]
+    logged = (
+        {column.name.rpartition(".")[2] for column in g.table.columns} for g in reversed(both)
+    )  # u_x beside F, of a drive with both
     alike = len({*names}) < 2 or any(name in of for name, of in zip(names, logged, strict=False))
     return guess.axis.motion != other.axis.motion or (all(unknown) and not alike)
 

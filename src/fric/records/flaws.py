@@ -122,7 +122,7 @@ def foreign_compensation(log: Log) -> Notice | None:
 
     Friction holds an axis behind its reference. If the axis is ahead after most reversals, by encoder counts and by a
     share of all deviations elsewhere, the cause is a pulse or a step of the control. Deviations proportional to
-    velocity and acceleration are due to the loop.
+    velocity and acceleration are due to the loop, and a lead that is no larger than the lag before it is its overshoot.
     """
     if (followed := tracking(log)) is None:
         return None
@@ -131,7 +131,7 @@ def foreign_compensation(log: Log) -> Notice | None:
     found = [_kick(t, followed.reference, rest, *span) for span in followed.spans]
     kicks = [
         kick for kick in found
-        if kick.sudden > JUMPED and kick.lead > max(least, BEFORE * kick.before, BEHIND * kick.behind)
+        if kick.sudden > JUMPED and kick.lead > max(least, BEFORE * kick.before, BEHIND * kick.behind, kick.lag)
     ]  # fmt: skip
     if len(kicks) < 2 or 2 * len(kicks) <= len(found):  # a single one is hunting or a disturbance
         return None

@@ -286,7 +286,11 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
     if plant is not None:
         inertia, damping = plant.M * motion.acceleration, plant.damping * motion.velocity
         size = max(0.5 * float(np.quantile(force, 0.99) - np.quantile(force, 0.01)), 1e-300)
-        shares = [float(np.quantile(np.abs(part), 0.99)) / size for part in (inertia, damping)]
+        seen = inertia
+        if kind == "presliding-sine":  # of a sine the part along its position: counts that jump accelerate nothing
+            z = motion.position - motion.position.mean()
+            seen = z * float(inertia @ z) / max(float(z @ z), 1e-300)
+        shares = [float(np.quantile(np.abs(part), 0.99)) / size for part in (seen, damping)]
         force = force - inertia - damping
         done = replace(
             done, plant=plant, mass=plant.M, damping=plant.damping, inertia_share=shares[0], damping_share=shares[1]
