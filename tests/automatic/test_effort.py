@@ -299,6 +299,22 @@ def test_a_response_to_the_effort_alone_shows_the_mass(late: float) -> None:
     assert not {"response-misfit", "A-open", "A-holds-viscous", "K_f-missing"} & {n.code for n in found.warnings}
 
 
+def test_a_command_is_held_and_a_measured_effort_is_not() -> None:
+    """B was 6 to 10 % low of a command, which a response took for an effort that acts when it is logged."""
+    rate, late, rng = 1000.0, 3, np.random.default_rng(6)
+    t = np.arange(8000) / rate
+    w, phase = 2 * np.pi * np.arange(4.0, 200.0, 2.0)[:, None], rng.uniform(0, 2 * np.pi, (98, 1))
+    asked = 0.3 * np.sin(w * t + phase).sum(0)
+    a = np.concatenate([asked[-late:], asked[:-late]]) / M  # periodic; constant from sample to sample
+    v = np.concatenate([[0.0], np.cumsum(a)[:-1]]) / rate
+    v -= v.mean()
+    z = np.concatenate([[0.0], np.cumsum(v + 0.5 * a / rate)[:-1]]) / rate
+    log = Log(t, position=z + 0.05 * t, force=asked + F_c + F_v * 0.05, motion="linear/A/A")
+    found = fric.identify_plant(log)
+    assert float(found.B) == pytest.approx(1.0 / M, rel=2e-3)
+    assert float(found.T_d) == pytest.approx((late + 0.5) / rate, rel=1e-2)
+
+
 def test_the_delay_of_a_logged_effort_can_be_given() -> None:
     """`--delay` was refused beside a response, and the hint was to give it."""
     given = fric.identify_plant(multisine("linear/A/A"), delay="0.65 ms")

@@ -322,6 +322,22 @@ def test_a_loop_without_velocity_feedforward_shows_the_position_gain_by_its_lag(
     assert float(found.K_v) == pytest.approx(K_v, rel=0.01)
 
 
+def test_what_friction_holds_in_a_slow_sine_is_no_lag_of_a_loop_without_feedforward() -> None:
+    """Of a sine before sliding K_v was 8 (7.5 … 8.4) for 35, and "the drive feeds no velocity forward" was said."""
+    rate, K_v, K_p, K_i = 1000.0, 35.0, 2500.0, 150e3
+    t = np.arange(30000) / rate
+    r = 1.5e-6 * np.sin(2 * np.pi * 0.125 * t)
+    z = np.rint(0.4e-6 * np.sin(2 * np.pi * 0.125 * t - 1.0) / 1e-7) * 1e-7  # held: it follows by a fraction, and late
+    seen = lfilter([0.67], [1.0, -0.33], np.diff(z, prepend=z[0]) * rate)
+    error = K_v * (r - z) + np.gradient(r, 1 / rate) - seen
+    u = K_p * error + K_i * np.cumsum(error) / rate
+    found = controller_of_logs([Log(t, position=z, reference=r, input=u, kind="presliding-sine")])
+    low, high = found.estimates["K_v"].limits
+    assert low <= 1.001 * K_v
+    assert K_v <= 1.001 * high
+    assert found.cascade.velocity_feedforward == 1.0
+
+
 @pytest.mark.parametrize("ahead", [True, False])
 def test_the_voltage_of_stated_gains_is_that_of_a_loop_with_or_without_feedforward(ahead: bool) -> None:
     """Of a plain cascade, whose axis lags by 1/K_v, the integral rose to 150 A, the circle to 7 mm."""

@@ -256,3 +256,18 @@ def test_tall_glitches_of_a_measured_position_leave_whole_turns(tmp_path, most):
     np.savetxt(tmp_path / "a.csv", rows, "%.6f", ",", header="time [s],x_pos [mm],y_pos [mm]", comments="")
     ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5")
     assert [test.count for test in fric.diagnose(tmp_path / "c.h5").found.tests] == [2]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_voltage_of_a_circle_that_counts_the_other_way_is_turned_and_named(tmp_path, sign):
+    """Its gains explained 7 % of the voltage, and no scheme was recommended."""
+    x, y = read_circles(Path(__file__).parents[2] / "data/circle.h5")[0].axes.values()
+    rows = np.column_stack(
+        [x.time, 1e3 * x.reference, 1e3 * x.position, sign * x.input, 1e3 * y.reference, 1e3 * y.position]
+    )
+    head = "time [s],x_ref [mm],x_pos [mm],x_u [V],y_ref [mm],y_pos [mm]"
+    np.savetxt(tmp_path / "a.csv", rows, "%.9g", ",", header=head, comments="")
+    done = ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5")
+    assert [notice.code for notice in done.warnings] == ["force-by-file"] * (sign < 0)
+    turned = done.tests[0].axes["x"].input
+    assert np.corrcoef(turned, np.interp(done.tests[0].axes["x"].time, x.time, x.input))[0, 1] > 0.9

@@ -1346,6 +1346,29 @@ def test_json_of_pandas_is_a_table_and_lines_that_end_in_cr_alone_are_named(tmp_
         list(tables(tmp_path / "cr.csv"))
 
 
+def test_the_size_of_a_count_is_said_beside_the_columns_of_json(tmp_path: Path) -> None:
+    """`counts_per_mm` was not read: "in counts: say what one is"."""
+    a = axis_of_a_drive(n=500)
+    content = {"counts_per_mm": 10000, "time [s]": a["t"].tolist(), "current [A]": a["current"].tolist(),
+               "position_counts": np.rint(1e5 * a["position"]).tolist()}  # fmt: skip
+    (tmp_path / "a.json").write_text(json.dumps(content), encoding="utf-8")
+    (table,) = tables(tmp_path / "a.json")
+    assert {column.name: column.unit for column in table.columns}["position_counts"] == "0.0001 mm"
+
+
+def test_units_of_a_scope_may_be_in_brackets(tmp_path: Path) -> None:
+    cells = {"Name": ("X.SetPos", "X.ActPos", "X.Command"), "SymbolComment": ("", "", ""),
+             "Data-Type": ("REAL64",) * 3, "SampleTime[ms]": ("0.5",) * 3, "VariableSize": ("8",) * 3,
+             "Unit": ("(mm)", "mm (Length)", "(V)"), "ScaleFactor": ("1",) * 3, "Offset": ("0",) * 3}  # fmt: skip
+    head = ["Name\tScope Project", "File\tx.svdx", "Starttime of export\t134123456780000000", ""]
+    head += ["\t".join(f"{key}\t{cell}" for cell in row) for key, row in cells.items()]
+    rows = ["\t".join(f"{0.5 * n}\t{value}" for value in (n, 0.5 * n, n % 7)) for n in range(200)]
+    head += ["", ""]
+    (tmp_path / "a.csv").write_text("\n".join([*head, *rows]), encoding="utf-8")
+    (table,) = tables(tmp_path / "a.csv")
+    assert [c.unit for c in table.columns if c.unit not in {"ms", "s"}] == ["mm", "mm", "V"]
+
+
 def test_comments_give_units_to_columns_by_their_names(tmp_path: Path) -> None:
     a = axis_of_a_drive(n=1500)
     rows = zip(1000 * np.arange(1500), np.rint(a["position"] / 1e-4), a["current"], strict=True)
