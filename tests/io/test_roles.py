@@ -377,6 +377,8 @@ def test_joints_of_an_arm_in_matrices_are_axes_of_a_record(tmp_path: Path, lying
         ("POSITIONS(J1) POSITIONS(J2) CURRENT(J1) CURRENT(J2)", ["1", "2", "1", "2"]),
         ("Zeit Lagesoll Lageist Strom Lagesoll_Y Lageist_Y", [None, *"xxxyy"]),
         ("time position_y force", [None] * 3),
+        ("timestamp pos_cmd pos_act voltage y_cmd y_act", [None, *"xxxyy"]),
+        ("時間 指令位置 現在位置 電流指令 指令位置Y 現在位置Y", [None, *"xxxyy"]),
     ],
 )
 def test_axes_are_words_that_several_columns_share(names: str, axes: list[str | None]) -> None:

@@ -1,5 +1,6 @@
 """Static map: what strokes at constant velocity do not say of friction over speed, and what the place adds."""
 
+from math import inf
 from typing import Any
 
 from fric.flaws.base import Flaw, by_size
@@ -25,7 +26,8 @@ FORCE_OVER_POSITION = Flaw("force-over-position", _severity,
     "Force depends on position: {varies:2} over {length:2} (cogging, cable{either:, friction|}?).",
     "{taken_off:Removed; nothing to do.|Log each speed over the same whole stroke: the map is of these places.}",
     widens={"level": 0.05}, circle_settles=True)
-FRICTION_OVER_POSITION = Flaw("friction-over-position", _severity,
+FRICTION_OVER_POSITION = Flaw("friction-over-position",
+    lambda f: "note" if float(f.varies) <= REMOVED * abs(f.level) < inf else "doubt",
     "Friction depends on position: ±{share:.2g%} over {length:2} (rollers, alignment?).",
     "{taken_off:The map is its mean: elsewhere the glitch differs.|"
     "Log each speed over the same whole stroke: the map is of these places.}",

@@ -237,7 +237,7 @@ def _as_beside(guess: Guess, other: Guess) -> None:
     for channel in ("position", "reference"):
         if (role := roles.get(channel)) is None or role.column is None or "reference" in guess.axis.roles:
             return
-        name = names[role.column]
+        name = other.table.columns[role.column].name
         alike = (name[:n] + b + name[n + 1 :] for n, letter in enumerate(name) if letter == a)
         if (found := next((text for text in alike if text in names), None)) is None:
             return

@@ -274,17 +274,28 @@ def _twins(names: Sequence[tuple[str, ...]], shown: Sequence[str]) -> list[str |
     shown: The quantity that each shows.
     """
     for letter, other in (("y", "x"), ("x", "y"), ("z", "x")):
-        rests = [tuple(word for word in name if word != letter) for name in names]
-        plain = {name for name in names if letter not in name}
-        of = [letter if rest != name and rest in plain else None for name, rest in zip(names, rests, strict=True)]
-        both = {rest for rest, axis in zip(rests, of, strict=True) if axis}
-        if len(both) > 1:
-            mine = [
+        plain = {name: what for name, what in zip(names, shown, strict=True) if letter not in name}
+        pairs = [_twin(name, letter, what, plain) for name, what in zip(names, shown, strict=True)]
+        if len(both := {*pairs} - {None}) > 1:
+            its = (
                 name in both or what in {"force", "input", "velocity"} for name, what in zip(names, shown, strict=True)
-            ]
-            return [axis or (other if its and rest == name else None)
-                    for name, rest, axis, its in zip(names, rests, of, mine, strict=True)]  # fmt: skip
+            )
+            return [letter if twin else other if mine and name in plain else None
+                    for name, twin, mine in zip(names, pairs, its, strict=True)]  # fmt: skip
     return [None] * len(names)
+
+
+def _twin(
+    name: tuple[str, ...], letter: str, shows: str, plain: Mapping[tuple[str, ...], str]
+) -> tuple[str, ...] | None:
+    """Return the name that one with a letter has beside it: ``pos`` of ``pos y``, ``pos act`` of ``y act``."""
+    without = tuple(word for word in name if word != letter)
+    stuck = (*name[:-1], name[-1].removesuffix(letter)) if name else name
+    at = name.index(letter) if letter in name else -1
+    alike = [other for other in plain if len(other) == len(name) and at >= 0
+             and (*other[:at], *other[at + 1 :]) == without]  # fmt: skip
+    found = (other for other in (*alike, without, stuck) if other != name and other in plain and other)
+    return next((other for other in found if not (plain[other] and shows) or plain[other] == shows), None)
 
 
 def _parted(names: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:
