@@ -228,14 +228,14 @@ def ingest_circles(
                 chosen, text = circle_plan(table, part, stated.sampling, fields)
                 channels = _whole(table, chosen, bad_cells == "drop", progress or (lambda _: None))
                 against = _turned(channels, part)
-                channels |= {name: -channels[name] for axis in against for name in channels if name in _pushes(axis)}
+                channels |= {name: -channels[name] for name in against}
                 tests += _tests(channels, chosen.motion, stated, str(source), digest)
             except FricError as error:
                 if RECORD not in table.said:
                     raise
                 refused.append(error)  # strokes are beside the circle
                 continue
-            turned = [FORCE_BY_FILE.found(files=f"{source}, axis {axis}") for axis in against]
+            turned = [FORCE_BY_FILE.found(files=f"{source}, axis {name.partition('.')[0]}") for name in against]
             warnings += [*text, *table.notices, *turned]
             samples += len(next(iter(channels.values())))
         if refused and not tests:
@@ -248,19 +248,14 @@ def ingest_circles(
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)), beside)
 
 
-def _pushes(axis: str) -> tuple[str, str]:
-    return f"{axis}.force", f"{axis}.input"
-
-
 def _turned(channels: Mapping[str, Real], part: FileMapping | None) -> list[str]:
-    """Return the axes that friction would drive by the signs of their force or voltage, unless a mapping states one."""
-    against, axes = [], dict.fromkeys(name.partition(".")[0] for name in channels if name.endswith(".position"))
-    for axis in axes:
-        stated = [part.columns[name].sign for name in _pushes(axis) if name in part.columns] if part else []
-        named = {name: channels[f"{axis}.{name}"] for name in CHANNELS[1:] if f"{axis}.{name}" in channels}
-        (signs := Signs()).add({"time": channels["time"], **named})
-        if signs.against() and not any(stated):
-            against.append(axis)
+    """Return the forces and voltages by whose sign friction would drive the axis, unless a mapping states it."""
+    against = []
+    for name in (name for name in channels if name.endswith((".force", ".input"))):
+        stated = part.columns[name].sign if part and name in part.columns else None
+        if stated is None and (position := channels.get(f"{name.partition('.')[0]}.position")) is not None:
+            (signs := Signs()).add({"time": channels["time"], "position": position, "force": channels[name]})
+            against += [name] if signs.against() else []
     return against
 
 

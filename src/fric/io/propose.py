@@ -289,7 +289,10 @@ def _agree(found: Sequence[Guess], said: Mapping[str, str]) -> None:
         readings = [r for r in readings if r.time == said.get("time")] or readings
         differs = other is not guess or unit[0] != rotates(guess.axis.motion) or unit[1] == unit_said
         if role.unit_likelihood < SURE and differs and readings:
-            clock, share = guess.axis.roles.get("time"), readings[0].weight / sum(r.weight for r in readings)
+            clock, share = (
+                guess.axis.roles.get("time"),
+                readings[0].weight / max(sum(r.weight for r in readings), 1e-300),
+            )
             likely = BESIDE if unit[1] == unit_said else 0.0
             take_reading(guess.axis, readings[0], max(known.unit_likelihood, likely))
             if clock and clock.unit_likelihood < SURE:  # which a position does not tell

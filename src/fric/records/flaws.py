@@ -546,7 +546,7 @@ def stroke_flaws(
                 varies = Estimate(sqrt(2.0) * size * (sqrt(2.0) if alike else 1.0), unit)
                 over = Estimate(place.length, length)
                 about = {"varies": varies, "length": over, "either": alike, "taken_off": taken_off, **tightest}
-                warnings.append(flaw.found(**about, share=float(varies) / force))
+                warnings.append(flaw.found(**about, share=float(varies) / force if force else 0.0))
     if (time := over_time(strokes, scattered=scattered)) is not None:
         warnings.append(FORCE_DRIFTS.found(
             rate=time.rate, a_minute=60 * abs(time.rate), change=abs(time.change), clocked=time.clocked, sure=time.sure,

@@ -221,7 +221,9 @@ def remarked(columns: Sequence[Column], lines: Sequence[str], whole: Collection[
     folded = ((name.casefold(), unit) for name, unit in pairs)
     units = {name: unit for name, unit in folded if (name in lack or sizes.fullmatch(name)) and _unit(unit)}
     each = next((unit for name, unit in units.items() if sizes.fullmatch(name)), None)
-    per = re.search(r"(?i)\b(?:count|inc|increment|pulse)s?[ _]?(?:per|/)[ _]?([^\W\d]+)\s?[:=]\s*(\d[\d.]*)", said)
+    per = re.search(
+        r"(?i)\b(?:count|inc|increment|pulse)s?[ _]?(?:per|/)[ _]?([^\W\d]+)\s?[:=]\s*(\d{1,9}(?:\.\d{1,9})?)", said
+    )
     each = f"{1.0 / float(per[2]):.9g} {per[1]}" if per and not each and _unit(per[1]) and float(per[2]) > 0 else each
     counted = {
         n for n, c in enumerate(columns)
