@@ -836,6 +836,7 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
 def is_supply(values: Real, *, by_unit: bool = True) -> bool:
     """Return whether a voltage hardly changes, as that of a supply; where its name tells it, whether it never does."""
     real = values[np.isfinite(values)]
+    real = real / max(float(np.abs(real).max(initial=0.0)), 1e-300)  # what a cut file holds may overflow
     return not len(real) or bool(real.std() <= (0.2 if by_unit else 0.0) * abs(real.mean()))
 
 
